@@ -1,4 +1,5 @@
-//! The book (`docs/SUMMARY.md`): the pages that lead a newcomer are followed to the letter, every block of them, and no link leads nowhere.
+//! The book (`docs/SUMMARY.md`): the pages that lead a newcomer are followed to the letter, every block of them, the README command by command, and no
+//! link leads nowhere.
 //!
 //! What stands after a fence besides the language is not shown to readers, and says here how a reader takes the block:
 //!
@@ -28,7 +29,8 @@ struct Reader {
     folder: TempDir,
     /// Runtime folder and black boxes.
     own: TempDir,
-    package: TempDir,
+    /// The package for Python, where the page uses it.
+    package: Option<TempDir>,
     /// Where each terminal is.
     terminals: BTreeMap<String, PathBuf>,
     /// What goes on in which.
@@ -37,11 +39,15 @@ struct Reader {
 
 impl Reader {
     fn of(page: &'static str) -> Reader {
+        Reader { package: Some(python::installed()), ..Reader::without_python(page) }
+    }
+
+    fn without_python(page: &'static str) -> Reader {
         let new = || tempfile::tempdir().expect("a temporary folder");
         let (folder, own) = (new(), new());
         symlink(checkout().join("examples"), folder.path().join("examples")).expect("a link");
         let (terminals, staying) = (BTreeMap::new(), BTreeMap::new());
-        Reader { page, folder, own, package: python::installed(), terminals, staying }
+        Reader { page, folder, own, package: None, terminals, staying }
     }
 
     /// Follows the page to its end.
@@ -106,12 +112,14 @@ impl Reader {
             .args(["-e", "-c", script])
             .current_dir(self.terminal(terminal))
             .env("PATH", std::env::join_paths(path).expect("paths"))
-            .env("PYTHONPATH", python::import_path(&[self.package.path()]))
             .env("PYTHONDONTWRITEBYTECODE", "1")
             .env("MPLBACKEND", "agg")
             .env("NO_COLOR", "1")
             .env("SINEW_RUNTIME_DIR", self.own.path())
             .env("SINEW_STATE_DIR", self.own.path());
+        if let Some(package) = &self.package {
+            command.env("PYTHONPATH", python::import_path(&[package.path()]));
+        }
         command
     }
 
@@ -213,12 +221,91 @@ fn what_a_page_shows_is_told_from_what_it_does_not() {
 
 #[test]
 fn start_here_is_followed() {
-    Reader::of("docs/book/start.md").follow();
+    Reader::without_python("docs/book/start.md").follow();
+}
+
+/// Commands of the README that are not typed here, but only read by the program (it says its help behind them, or what is wrong with them), and why.
+const ONLY_READ: [(&str, &str); 5] = [
+    ("sinew tour", "three minutes of somebody's time; tour.rs takes it"),
+    ("sinew conceal", "a minute with the diagnosis of it, which why_does_my_recording_differ follows"),
+    ("sinew diagnose", "that diagnosis"),
+    (
+        "sinew test characterise",
+        "some minutes of a simulated test machine; tools/cli/tests/integration/test_machine.rs runs it",
+    ),
+    ("sinew doctor", "what it finds is this machine's, and so is whether that is good; usage.rs runs it"),
+];
+
+/// The README, command by command as they stand there: whoever types them in this order, in two terminals, gets what is promised. What cargo does is
+/// `.ci/run`'s.
+#[test]
+fn the_readme_is_followed() {
+    let page = fs::read_to_string(checkout().join("README.md")).expect("it is in the checkout");
+    let mut reader = Reader::without_python("README.md");
+    let (mut typed, mut read) = (Vec::new(), BTreeSet::new());
+    for block in blocks(&page) {
+        assert_eq!(block.language, "sh", "{}: a block that nobody runs", reader.place(&block));
+        for (at, text) in block.text.lines().enumerate().filter(|(_, text)| !text.starts_with("cargo ")) {
+            let step = |words: &[&str], text: &str| Block {
+                line: block.line + 1 + at,
+                language: "sh".into(),
+                words: words.iter().map(ToString::to_string).collect(),
+                text: format!("{text}\n"),
+            };
+            let command = text.split(" #").next().unwrap_or(text).trim();
+            if let Some((start, _)) = ONLY_READ.iter().find(|(start, _)| command.starts_with(start)) {
+                reader.type_in(&step(&["terminal=2"], &format!("{command} --help")), None, &page);
+                read.insert(*start);
+                continue;
+            }
+            typed.push(command.split(' ').take(2).collect::<Vec<_>>().join(" "));
+            let there = reader.terminal("1");
+            match typed.last().map(String::as_str) {
+                Some("sinew run") => {
+                    reader.type_in(&step(&["stays"], text), None, &page);
+                    wait_until("its wires to be measured", || {
+                        let status = reader.command("1", "sinew status").output().expect("bash starts");
+                        String::from_utf8_lossy(&status.stdout).contains(" program ")
+                    });
+                    reader.terminals.insert("2".into(), there);
+                }
+                Some("sinew monitor") => {
+                    reader.terminals.insert("3".into(), there);
+                    reader.type_in(&step(&["stays", "terminal=3"], text), None, &page);
+                }
+                _ if reader.staying.is_empty() => reader.type_in(&step(&[], text), None, &page),
+                _ => reader.type_in(&step(&["terminal=2"], text), None, &page),
+            }
+        }
+    }
+    for word in ["new", "run", "monitor", "set", "record", "design"] {
+        assert!(typed.contains(&format!("sinew {word}")), "nobody typed {word}: {typed:?}");
+    }
+    assert_eq!(read.len(), ONLY_READ.len(), "the README has no more of these: {read:?}");
+    let drawn = reader.terminal("2").join("walk.html");
+    assert!(fs::metadata(&drawn).is_ok_and(|file| file.len() > 1000), "{}", drawn.display());
+    for terminal in ["3", "1"] {
+        reader.leave(terminal, &page);
+    }
+}
+
+/// It stays short enough for a screen, and says what nobody may miss.
+#[test]
+fn the_readme_stays_short() {
+    let page = fs::read_to_string(checkout().join("README.md")).expect("it is in the checkout");
+    assert!(page.lines().count() <= 60, "{} lines", page.lines().count());
+    for line in page.lines().filter(|line| !line.contains("](")) {
+        assert!(line.chars().count() <= 100, "{line}");
+    }
+    let pictures = page.lines().filter(|line| line.starts_with("![")).count();
+    assert_eq!(pictures, 2, "the monitor, and what a diagnosis makes of a recording");
+    let words = page.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words.contains("No hardware backend has been tested on real hardware yet"));
 }
 
 #[test]
 fn a_wire_moves() {
-    Reader::of("docs/book/a-wire-moves.md").follow();
+    Reader::without_python("docs/book/a-wire-moves.md").follow();
 }
 
 #[test]
@@ -231,7 +318,7 @@ fn a_robot_of_your_own() {
 
 #[test]
 fn why_does_my_recording_differ() {
-    Reader::of("docs/book/why-does-my-recording-differ.md").follow();
+    Reader::without_python("docs/book/why-does-my-recording-differ.md").follow();
 }
 
 /// All pages below a folder, by their path from the checkout.

@@ -262,6 +262,28 @@ fn the_command_line_commands_a_channel() {
     driver.stop();
 }
 
+/// What only the wire tells is refused in the unit it was asked in, and what is offered instead is taken.
+#[test]
+fn a_setpoint_beyond_the_stroke_is_refused_with_the_nearest_one() {
+    let rig = Rig::bench(&["left", "right"], "");
+    let (driver, client) = Driver::ready(&rig);
+    let is_off = || client.latest().channels().iter().all(|channel| channel.mode() == Mode::Off);
+    std::fs::write(rig.file("wave.csv"), "time_s,left,right\n0,10%,\n1,,stroke=30mm\n").unwrap();
+    let file = rig.file("wave.csv").display().to_string();
+    let outside = "right: stroke 30.00 mm is outside 0.00 to";
+    rig.ask(&["set", "left", "stroke=10%", "right", "stroke=30mm"]).refused(&[outside, "the nearest is stroke="]);
+    // a file is judged before the first of its rows is played
+    rig.ask(&["play", &file]).refused(&[&format!("wave.csv:3: {outside}"), "the nearest is stroke="]);
+    assert!(is_off());
+    for beyond in ["stroke=140%", "stroke=-1mm", "stroke=30mm", "length=150mm", "length=200mm"] {
+        let said = rig.ask(&["set", "right", beyond]).refused(&["right: "]).stderr;
+        let nearest =
+            said.split("the nearest is ").nth(1).and_then(|rest| rest.split([';', '\n']).next()).expect(&said);
+        rig.ask(&["set", "right", nearest, "--hold", "0.1"]).expect(0);
+    }
+    driver.stop();
+}
+
 #[test]
 fn the_command_line_says_what_is_wrong_with_a_command() {
     let rig = Rig::bench(&["left", "right"], "");
@@ -271,7 +293,7 @@ fn the_command_line_says_what_is_wrong_with_a_command() {
     rig.ask(&["set", "rihgt", "stroke=40%"]).refused(&["rihgt", "right"]);
     rig.ask(&["set", "elbow", "stroke=40%"]).refused(&["elbow", "left"]);
     rig.ask(&["reset", "elbow"]).refused(&["elbow"]);
-    rig.ask(&["set", "right", "stroke=140%"]).refused(&["140"]);
+    rig.ask(&["set", "right", "stroke=140%"]).refused(&["right: `stroke=140%`", "the nearest is stroke=100%"]);
     rig.ask(&["set", "right", "stroke=nan%"]).refused(&["nan"]);
     rig.ask(&["set", "right", "duty=nan"]).refused(&["nan"]);
     rig.ask(&["set", "right", "duty=1.5"]).refused(&["1.5"]);

@@ -8,17 +8,19 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use sinew_tests::{checkout, sinew};
+use sinew_tests::{Process, checkout, sinew, wait_until};
 
 /// What it is, the files it takes besides [`FILES`], and the command. `{}` in a name of the rig is this test's own.
 struct Mistake {
     what: &'static str,
     files: &'static [(&'static str, &'static str)],
     words: &'static [&'static str],
+    /// Whether a driver of the rig file runs meanwhile.
+    beside_a_driver: bool,
 }
 
 const fn plain(what: &'static str, words: &'static [&'static str]) -> Mistake {
-    Mistake { what, files: &[], words }
+    Mistake { what, files: &[], words, beside_a_driver: false }
 }
 
 const fn with(
@@ -26,7 +28,12 @@ const fn with(
     file: &'static [(&'static str, &'static str)],
     words: &'static [&'static str],
 ) -> Mistake {
-    Mistake { what, files: file, words }
+    Mistake { what, files: file, words, beside_a_driver: false }
+}
+
+/// A mistake that only a driver that runs can find.
+const fn beside_a_driver(mistake: Mistake) -> Mistake {
+    Mistake { beside_a_driver: true, ..mistake }
 }
 
 /// What lies beside every mistake: a rig file, and a short recording.
@@ -79,6 +86,14 @@ const MISTAKES: &[Mistake] = &[
     plain("a setpoint without its unit", &["set", "left", "stroke=40"]),
     plain("a setpoint in words", &["set", "left", "up"]),
     plain("a channel without a setpoint", &["set", "left"]),
+    plain("a setpoint beyond the stroke", &["set", "left", "stroke=140%"]),
+    beside_a_driver(plain("a way beyond the stroke", &["set", "left", "stroke=12mm"])),
+    beside_a_driver(plain("a length that the wire does not have", &["set", "left", "length=150mm"])),
+    beside_a_driver(with(
+        "a way beyond the stroke, later in a file",
+        &[("gait.csv", "time_s,left\n0,40%\n2,stroke=12mm\n")],
+        &["play", "gait.csv"],
+    )),
     with("play without a driver", &[("gait.csv", "time_s,left\n0,40%\n")], &["play", "gait.csv"]),
     // Rig files
     with(
@@ -269,11 +284,24 @@ fn told(mistake: &Mistake) -> String {
     for (name, text) in FILES.iter().chain(mistake.files) {
         fs::write(folder.path().join(name), text).expect("a file");
     }
-    let mut command = Command::new(sinew());
-    command.args(mistake.words).current_dir(folder.path()).stdin(Stdio::null());
-    // A place of its own for what drivers leave, so that nobody else's driver is found.
-    command.env("SINEW_RUNTIME_DIR", folder.path().join("runtime")).env_remove("RUST_LOG");
-    let done = command.output().expect("sinew starts");
+    let sinew = |words: &[&str]| {
+        let mut command = Command::new(sinew());
+        command.args(words).current_dir(folder.path()).stdin(Stdio::null());
+        // A place of its own for what drivers leave, so that nobody else's driver is found.
+        command.env("SINEW_RUNTIME_DIR", folder.path().join("runtime")).env_remove("RUST_LOG");
+        command.env("SINEW_STATE_DIR", folder.path().join("state"));
+        command
+    };
+    let _driver = mistake.beside_a_driver.then(|| {
+        let driver = Process::start(&mut sinew(&["run", "bench.toml", "--no-monitor", "--for", "300"]));
+        let is_off = |said: &str| said.lines().any(|line| line.starts_with("left") && line.contains(" off "));
+        wait_until("its wire to be measured", || {
+            let status = sinew(&["status"]).output().expect("sinew starts");
+            is_off(&String::from_utf8_lossy(&status.stdout))
+        });
+        driver
+    });
+    let done = sinew(mistake.words).output().expect("sinew starts");
     let said = String::from_utf8_lossy(&done.stderr).replace(&folder.path().display().to_string(), "DIR");
     let code = done.status.code().unwrap_or(-1);
     assert!(matches!(code, 1 | 2), "{}: exit code {code}: {said}", mistake.what);

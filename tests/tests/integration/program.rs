@@ -76,6 +76,10 @@ fn a_program_that_cannot_be_is_refused_with_its_place() {
     refused("walk", None, &["legs of 3 wires, the rig has 2", "steps"]);
     refused("wave.csv", Some("time_s,c\n0,10%\n"), &["wave.csv", "no channel \"c\""]);
     refused("wave.csv", Some("time_s,a\n0,duty=0.1\n"), &["wave.csv", "a at 0 s", "sinew play"]);
-    refused("wave.csv", Some("time_s,a\n0,60mm\n"), &["wave.csv", "a at 0 s is outside its stroke"]);
+    refused(
+        "wave.csv",
+        Some("time_s,a\n0,60mm\n"),
+        &["wave.csv:2: a: length 60.00 mm is outside", "the nearest is length="],
+    );
     refused("wave.csv", Some("time_s,a\n0,140%\n"), &["wave.csv:2", "outside the stroke"]);
 }

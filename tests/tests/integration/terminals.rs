@@ -28,6 +28,11 @@ struct OnTerminal {
 
 impl OnTerminal {
     fn start(command: &mut Command) -> OnTerminal {
+        OnTerminal::of_kind("xterm", command)
+    }
+
+    /// The same on a terminal of this kind.
+    fn of_kind(kind: &str, command: &mut Command) -> OnTerminal {
         let (mut ours, mut theirs) = (-1, -1);
         let size = libc::winsize { ws_row: 30, ws_col: 100, ws_xpixel: 0, ws_ypixel: 0 };
         // SAFETY: both places are writable, the name and the settings may be left out, and the size is a plain value.
@@ -39,7 +44,7 @@ impl OnTerminal {
         let terminal = theirs.as_raw_fd();
         // Whoever starts the tests may ignore some.
         let signals = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP, libc::SIGTTOU, libc::SIGTTIN];
-        command.stdin(end()).stdout(end()).stderr(end()).env("TERM", "xterm");
+        command.stdin(end()).stdout(end()).stderr(end()).env("TERM", kind);
         // SAFETY: plain system calls, which may be made between fork and exec.
         unsafe {
             command.pre_exec(move || {
@@ -84,6 +89,11 @@ impl OnTerminal {
         for size in [1024, 1] {
             while end.write(&vec![b'x'; size]).is_ok() {}
         }
+    }
+
+    /// Types on it.
+    fn type_in(&mut self, keys: &str) {
+        self.screen.write_all(keys.as_bytes()).expect("a terminal");
     }
 
     fn signal(&self, signal: libc::c_int) {
@@ -144,6 +154,111 @@ fn a_monitor_on_a_terminal_nobody_reads_ends_when_it_is_asked_to() {
     monitor.signal(libc::SIGTERM);
     assert_eq!(monitor.finish().code(), Some(0));
     driver.stop();
+}
+
+#[test]
+fn a_monitor_in_words_draws_nothing_and_does_what_is_typed() {
+    let rig = Rig::bench(&["left", "right"], "");
+    let (driver, client) = sinew_tests::Driver::ready(&rig);
+    let mut monitor = OnTerminal::start(Command::new(sinew()).args(["monitor", "--plain", "--rig", &rig.name]));
+    let shown = monitor.read_on();
+    let mode = |channel: usize| client.latest().channels()[channel].mode();
+    monitor.type_in("set left 40%\n");
+    wait_until("a length", || mode(0) == Mode::Length);
+    // held longer than a lease, by renewing it
+    let cycle = client.latest().cycle;
+    wait_until("three seconds", || client.latest().cycle > cycle + 3 * sinew_tests::RATE_HZ as u64);
+    assert_eq!(mode(0), Mode::Length);
+    monitor.type_in("set left stroke=30mm\nset lfet 3\nstatus left\nset right 30\n");
+    wait_until("the other's length", || mode(1) == Mode::Length);
+    // what was refused has not taken the one before it away
+    let cycle = client.latest().cycle;
+    wait_until("three seconds", || client.latest().cycle > cycle + 3 * sinew_tests::RATE_HZ as u64);
+    assert_eq!(mode(0), Mode::Length);
+    monitor.type_in("off left\n");
+    wait_until("off", || mode(0) == Mode::Off);
+    // Ctrl-D: the end, and what is held from there is let go
+    monitor.type_in("\x04");
+    assert_eq!(monitor.finish().code(), Some(0));
+    wait_until("what was held to be let go", || mode(1) != Mode::Length);
+    drop(monitor);
+    let shown = shown.join().expect("it only reads");
+    assert!(!shown.contains('\x1b'), "no cursor is placed, no colour set: {shown:?}");
+    for words in [
+        "2 channels: 2 off",
+        "left: stroke 40.0 %",
+        "left: now commanded to a length",
+        "refused: left: stroke 30.00 mm is outside 0.00 to",
+        "there is no channel lfet; did you mean left?",
+        "temperature: ",
+        "setpoint: held for",
+    ] {
+        assert!(shown.contains(words), "{words}: {shown}");
+    }
+    driver.stop();
+}
+
+#[test]
+fn a_terminal_without_a_cursor_gets_the_driver_in_words() {
+    let rig = Rig::bench(&["wire"], "");
+    // the command has the terminal open for as long as it is there
+    let mut program = {
+        let mut command = Command::new(sinew());
+        command.arg("run").arg(rig.path()).args(["--for", "300"]).env("SINEW_STATE_DIR", rig.file("state"));
+        OnTerminal::of_kind("dumb", &mut command)
+    };
+    let shown = program.read_on();
+    is_there(&rig);
+    let client = rig.client();
+    wait_until("sensors", || client.latest().channels()[0].mode() == Mode::Off);
+    program.type_in("help\nset wire duty=0.1\n");
+    wait_until("power", || client.latest().channels()[0].duty == 0.1);
+    program.type_in("quit\n");
+    wait_until("zero", || is_off(&client));
+    assert_eq!(program.finish().code(), Some(0));
+    drop(program);
+    let shown = shown.join().expect("it only reads");
+    assert!(!shown.contains('\x1b'), "{shown:?}");
+    for words in [
+        "type help for the commands",
+        "release NAME: ",
+        "the end of the driver as well",
+        "wire: duty 0.100",
+        " cycles at ",
+    ] {
+        assert!(shown.contains(words), "{words}: {shown}");
+    }
+}
+
+#[test]
+fn in_words_a_pipe_commands_and_a_log_has_what_happened_and_when() {
+    let mut rig = Rig::bench(&["left", "right"], "");
+    rig.add("\n[[simulation.fault]]\nchannel = \"right\"\nkind = \"open_wire\"\nstart_s = 4.0\n");
+    let (driver, client) = sinew_tests::Driver::ready(&rig);
+    // the end of what is typed is not the end of what is told
+    let monitor = |more: &[&str]| {
+        let mut command = Command::new(sinew());
+        command.args(["monitor", "--plain", "--rig", &rig.name]).args(more);
+        command
+    };
+    let mut log = sinew_tests::Process::start(&mut monitor(&["--every", "0.5"]));
+    let mut typed = sinew_tests::Process::start_to_be_told(&mut monitor(&[]));
+    typed.wait_for_word("type help");
+    typed.tell("set left 50%");
+    wait_until("a length", || client.latest().channels()[0].mode() == Mode::Length);
+    log.wait_for_word("right: fault, open wire: ");
+    log.wait_for_word("1 fault\n");
+    typed.tell("stop");
+    driver.stopped();
+    let typed = typed.finish().expect(0);
+    assert!(typed.stdout.contains("the driver stops") && typed.stderr.contains("the driver has stopped"), "{typed:?}");
+    let log = log.finish().expect(0).stdout;
+    assert!(log.matches("channels: ").count() > 2, "how things are, again and again: {log}");
+    for line in log.lines() {
+        let stamp = line.split_once(" s: ").and_then(|(stamp, _)| stamp.parse::<f64>().ok());
+        assert!(stamp.is_some(), "{line}");
+    }
+    assert!(log.contains(" s: left: now commanded to a length\n"), "{log}");
 }
 
 #[test]

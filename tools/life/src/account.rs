@@ -60,6 +60,9 @@ pub struct Account {
     pub watched_s: f64,
     /// How long of that it was heated, not just measured, s.
     pub powered_s: f64,
+    /// Electrical energy it has taken in, J: where its power was known.
+    #[serde(default)]
+    pub energy_j: f64,
     /// How long it was hotter than it may be, s.
     pub over_limit_s: f64,
     /// How long its temperature was not known, s: it is taken not to have been overheated then.
@@ -91,6 +94,7 @@ impl Account {
             runs: 0,
             watched_s: 0.0,
             powered_s: 0.0,
+            energy_j: 0.0,
             over_limit_s: 0.0,
             without_temperature_s: 0.0,
             hottest_c: None,
@@ -106,6 +110,9 @@ impl Account {
         self.watched_s += sample.seconds;
         if sample.powered {
             self.powered_s += sample.seconds;
+        }
+        if sample.power_w.is_finite() {
+            self.energy_j += sample.power_w * sample.seconds;
         }
         if sample.temperature_c.is_finite() {
             self.hottest_c = Some(self.hottest_c.map_or(sample.temperature_c, |c| c.max(sample.temperature_c)));
@@ -145,6 +152,7 @@ impl Account {
             runs: self.runs,
             hours_watched: self.watched_s / 3600.0,
             hours_powered: self.powered_s / 3600.0,
+            energy_j: self.energy_j,
             over_limit_s: self.over_limit_s,
             without_temperature_s: self.without_temperature_s,
             hottest_c: self.hottest_c,
@@ -165,6 +173,7 @@ impl Account {
         let sums = [
             self.watched_s,
             self.powered_s,
+            self.energy_j,
             self.over_limit_s,
             self.without_temperature_s,
             self.cycles,
@@ -232,6 +241,8 @@ pub struct Report {
     pub hours_watched: f64,
     /// Hours heated.
     pub hours_powered: f64,
+    /// Electrical energy taken in, J.
+    pub energy_j: f64,
     /// Seconds hotter than its limit.
     pub over_limit_s: f64,
     /// Seconds without a temperature.
@@ -270,7 +281,15 @@ mod tests {
             let strain = wire.material.transformation_strain * martensite;
             account.see(
                 wire,
-                &Sample { seconds: 0.1, powered: step % 2 == 0, martensite, strain, stress_pa, temperature_c },
+                &Sample {
+                    seconds: 0.1,
+                    powered: step % 2 == 0,
+                    power_w: 2.0,
+                    martensite,
+                    strain,
+                    stress_pa,
+                    temperature_c,
+                },
             );
         }
     }
@@ -322,6 +341,7 @@ mod tests {
             let sample = Sample {
                 seconds: 0.001,
                 powered: true,
+                power_w: if k % 2 == 0 { 3.0 } else { f64::NAN },
                 martensite: unknown,
                 strain: f64::NAN,
                 stress_pa: f64::NAN,
@@ -333,5 +353,6 @@ mod tests {
         assert_eq!((report.cycles, report.used, report.remaining_cycles), (0.0, Share::default(), None));
         assert_eq!((report.broken_in, report.hottest_c), (BrokenIn::No, None));
         assert!((report.without_temperature_s - 10.0).abs() < 1e-6);
+        assert!((report.energy_j - 15.0).abs() < 1e-6, "what is not known adds nothing: {} J", report.energy_j);
     }
 }

@@ -23,6 +23,7 @@
 //!     account.see(&wire, &Sample {
 //!         seconds: 0.01,
 //!         powered: true,
+//!         power_w: 2.0,
 //!         martensite,
 //!         strain: 0.04 * martensite,
 //!         stress_pa: 170e6,

@@ -56,7 +56,7 @@ fn of_session(session: &Session, rig: Option<&Rig>, channel: Option<&str>) -> Re
     }
     // a field that a recording of an earlier version lacks is not known
     let field = |name: &str| layout.field(name).unwrap_or(usize::MAX);
-    let fields = ["length_m", "martensite", "temperature_c", "duty"].map(field);
+    let fields = ["length_m", "martensite", "temperature_c", "duty", "power_w"].map(field);
     let (rate_hz, mut last) = (session.about().rate_hz, None);
     let mut cycles = session.cycles();
     while let Some(cycle) = cycles.next()? {
@@ -64,11 +64,12 @@ fn of_session(session: &Session, rig: Option<&Rig>, channel: Option<&str>) -> Re
         last = Some(cycle.head.cycle);
         let seconds = periods as f64 / rate_hz;
         for (place, wire, account) in &mut wires {
-            let [length_m, martensite, temperature_c, duty] = fields.map(|field| cycle.get(*place, field));
+            let [length_m, martensite, temperature_c, duty, power_w] = fields.map(|field| cycle.get(*place, field));
             let elongation_m = length_m - wire.identity.length_m;
             let sample = Sample {
                 seconds,
                 powered: duty > wire.sensing_duty,
+                power_w,
                 martensite,
                 strain: elongation_m / wire.identity.length_m,
                 stress_pa: wire.stress_pa(elongation_m),
@@ -95,6 +96,7 @@ fn of_columns(rig: &Rig, index: usize, recording: &Recording) -> Account {
         let sample = Sample {
             seconds: recording.interval_s(row),
             powered: heated,
+            power_w: of(Column::PowerW),
             martensite: f64::NAN,
             strain: elongation_m / wire.identity.length_m,
             stress_pa,
@@ -133,6 +135,7 @@ mod tests {
         assert!((report.cycles - 10.0).abs() < 0.6, "{}", report.cycles);
         assert!((report.equivalent_cycles / report.cycles - 1.0).abs() < 0.02, "{}", report.equivalent_cycles);
         assert!((report.hours_powered * 3600.0 - 5.0).abs() < 0.02);
+        assert!((report.energy_j - 5.0).abs() < 0.02, "{} J", report.energy_j);
         assert!((report.without_temperature_s - 10.0).abs() < 1e-6);
     }
 }

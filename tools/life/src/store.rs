@@ -167,6 +167,7 @@ mod tests {
                 &Sample {
                     seconds: 1e-3,
                     powered: true,
+                    power_w: 1.5,
                     martensite,
                     strain: 0.04 * martensite,
                     stress_pa: 123_456_789.1,

@@ -87,6 +87,7 @@ impl Wire {
         Sample {
             seconds,
             powered: state.duty > self.sensing_duty,
+            power_w: state.power_w,
             martensite: state.martensite,
             strain: elongation_m / self.identity.length_m,
             stress_pa: self.stress_pa(elongation_m),
@@ -127,6 +128,8 @@ pub struct Sample {
     pub seconds: f64,
     /// Whether it was heated, not just measured.
     pub powered: bool,
+    /// Mean electrical power, W.
+    pub power_w: f64,
     /// Martensite fraction.
     pub martensite: f64,
     /// Strain (L − L_0)/L_0.
@@ -158,6 +161,7 @@ mod tests {
         let unknown = Sample {
             seconds: 1.0,
             powered: true,
+            power_w: f64::NAN,
             martensite: f64::NAN,
             strain: f64::NAN,
             stress_pa: f64::NAN,

@@ -11,6 +11,7 @@ use sinew_rig::{BackendKind, Rig};
 
 use crate::args;
 use crate::commands::{load_rig, unknown_channel};
+use crate::driving::screen::view;
 use crate::failure::{Failure, Outcome};
 use crate::output;
 
@@ -132,6 +133,11 @@ fn percent(share: f64) -> String {
     format!("{} %", digits(100.0 * share))
 }
 
+/// An energy in kJ.
+fn energy(joule: f64) -> String {
+    format!("{} kJ", digits(1e-3 * joule))
+}
+
 /// One line a wire, those of a rig together.
 fn table(reports: &[Report]) -> String {
     let mut text = String::new();
@@ -145,7 +151,7 @@ fn table(reports: &[Report]) -> String {
             let _ = writeln!(text, "{gap}{}{kind}", report.rig);
             let _ = writeln!(
                 text,
-                "  {:<width$} {:>8} {:>8} {:>9} {:<22} {:>9} {:<22} {:>8} {:>8} {:>9}",
+                "  {:<width$} {:>8} {:>8} {:>9} {:<22} {:>9} {:<22} {:>8} {:>8} {:>10} {:>9}",
                 "channel",
                 "cycles",
                 "whole",
@@ -155,6 +161,7 @@ fn table(reports: &[Report]) -> String {
                 "(most wires)",
                 "hottest",
                 "heated",
+                "energy",
                 "broken in"
             );
             rig = Some(of);
@@ -171,7 +178,7 @@ fn table(reports: &[Report]) -> String {
         };
         let _ = writeln!(
             text,
-            "  {:<width$} {:>8} {:>8} {:>9} {:<22} {:>9} {:<22} {:>8} {:>8} {:>9}{over}{unknown}",
+            "  {:<width$} {:>8} {:>8} {:>9} {:<22} {:>9} {:<22} {:>8} {:>8} {:>10} {:>9}{over}{unknown}",
             report.channel,
             digits(report.cycles),
             digits(report.whole_cycles),
@@ -184,18 +191,20 @@ fn table(reports: &[Report]) -> String {
             },
             report.hottest_c.map_or_else(|| "-".into(), |c| format!("{c:.0} °C")),
             format!("{} h", digits(report.hours_powered)),
+            energy(report.energy_j),
             report.broken_in.word()
         );
     }
     text
 }
 
-/// What has been used of the lives of a rig's wires, as a line of the monitor has it; `None` where this user has no account that can be read.
-pub fn used(rig: &str, simulated: bool, channels: impl Iterator<Item = String>) -> Vec<Option<String>> {
+/// What the accounts of a rig's wires come to, as lines of the monitor have it; `None` where this user has none that can be read.
+pub fn used(rig: &str, simulated: bool, channels: impl Iterator<Item = String>) -> Vec<Option<view::Account>> {
     let store = store().ok();
     let of = |channel: String| {
-        let used = store.as_ref()?.read(rig, &channel, simulated).ok()??.report().used;
-        Some(format!("{} ({} to {})", percent(used.middle), percent(used.least), percent(used.most)))
+        let Report { used, energy_j, .. } = store.as_ref()?.read(rig, &channel, simulated).ok()??.report();
+        let used = format!("{} ({} to {})", percent(used.middle), percent(used.least), percent(used.most));
+        Some(view::Account { used, energy: energy(energy_j) })
     };
     channels.map(of).collect()
 }

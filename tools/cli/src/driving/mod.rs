@@ -34,6 +34,7 @@ mod status;
 mod test;
 mod thesis;
 mod tour;
+mod typed;
 
 use std::process::ExitCode;
 

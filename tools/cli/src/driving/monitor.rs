@@ -8,6 +8,7 @@ use sinew_ipc::DriverHealth;
 
 use super::live::{self, Live};
 use crate::args;
+use crate::driving::screen::plain::{self, Telling};
 use crate::driving::screen::terminal;
 use crate::ending;
 use crate::failure::{Failure, Outcome};
@@ -21,10 +22,14 @@ pub fn monitor(args: &args::Monitor) -> Outcome {
     log::never_wait()?;
     let end = args.duration_s.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
     let over = || asked.load(Ordering::Relaxed) || end.is_some_and(|end| Instant::now() >= end);
-    if has_screen() {
-        terminal::show(&mut live, "quit", &over, None, None)?;
-    } else {
-        while lines(&mut live, &over, false)? {}
+    match Look::of(args.plain) {
+        Look::Screen => terminal::show(&mut live, "quit", &over, None, None)?,
+        Look::Words => {
+            let every = args.every_s.map(Duration::from_secs_f64);
+            let telling = Telling { quit_word: "quit", every, stdout_taken: false, reset_stop: None };
+            plain::tell(&mut live, &over, telling)?;
+        }
+        Look::Lines => while lines(&mut live, &over, false)? {},
     }
     match live.ended() {
         Some(DriverHealth::Died) => Err(Failure::own(format!(
@@ -41,9 +46,33 @@ pub fn monitor(args: &args::Monitor) -> Outcome {
     }
 }
 
+/// How a running driver is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Look {
+    /// On a screen of its own.
+    Screen,
+    /// In words, with commands typed as lines.
+    Words,
+    /// A line a second.
+    Lines,
+}
+
+impl Look {
+    /// How it is shown here. Words are for whoever wants them, and for a terminal that cannot place its cursor.
+    pub fn of(wants_words: bool) -> Look {
+        let has_cursor = std::env::var_os("TERM").is_some_and(|term| term != "dumb");
+        match () {
+            () if wants_words => Look::Words,
+            () if !io::stdout().is_terminal() || !in_foreground() => Look::Lines,
+            () if has_cursor => Look::Screen,
+            () => Look::Words,
+        }
+    }
+}
+
 /// Whether a screen can be shown: a terminal that can place its cursor.
 pub fn has_screen() -> bool {
-    io::stdout().is_terminal() && std::env::var_os("TERM").is_some_and(|term| term != "dumb") && in_foreground()
+    Look::of(false) == Look::Screen
 }
 
 /// Whether this process may use its terminal. One started with `&` would be stopped by the kernel at the first touch,

@@ -11,7 +11,7 @@ use crate::commands::unknown_channel;
 use crate::driving::score::Score;
 use crate::driving::setpoint::Setpoint;
 use crate::ending;
-use crate::failure::Outcome;
+use crate::failure::{Failure, Outcome};
 use crate::output::{self, counted};
 
 /// A lease is renewed so many times before it runs out.
@@ -28,6 +28,14 @@ pub fn play(args: &args::Play) -> Outcome {
         let known = client.channels().iter().map(|info| info.name.as_str());
         let place = format!("{}: rig {}", args.file.display(), client.info().rig);
         channels.push(client.info().index_of(name).ok_or_else(|| unknown_channel(&place, name, known))?);
+    }
+    for row in &score.rows {
+        for (&channel, setpoint) in channels.iter().zip(&row.setpoints) {
+            let asked = setpoint.map(|setpoint| (&client.channels()[channel], setpoint));
+            if let Some((message, hint)) = asked.and_then(live::beyond) {
+                return Err(Failure::input(format!("{}:{}: {message}", args.file.display(), row.line)).hint(hint));
+            }
+        }
     }
     let asked = ending::asked()?;
     let last_s = score.rows.last().map_or(0.0, |row| row.time_s);

@@ -85,14 +85,14 @@ fn played(rig: &Rig, path: &Path, score: &Score) -> Result<Program, Failure> {
                 }
             };
             if let Some(stroke) = now.filter(|stroke| !(0.0..=1.0).contains(stroke)) {
-                let what = format!(
-                    "{}: {name} at {} s is outside its stroke ({:.0} %)",
-                    path.display(),
-                    row.time_s,
-                    100.0 * stroke
-                );
-                return Err(Failure::input(what)
-                    .hint("0 % is cold and long, 100 % is hot and short; `sinew check` has the strokes"));
+                let asked = row.setpoints[column].unwrap_or(Setpoint::Stroke(stroke));
+                let (low, high) = match asked {
+                    Setpoint::Length(_) => (range.hot_m.min(range.cold_m), range.hot_m.max(range.cold_m)),
+                    _ => (0.0, 1.0),
+                };
+                let (outside, nearest) = asked.outside(low, high, (range.cold_m - range.hot_m).abs());
+                return Err(Failure::input(format!("{}:{}: {name}: {outside}", path.display(), row.line))
+                    .hint(format!("the nearest is {nearest}; `sinew check` has the strokes")));
             }
             *place = now;
         }

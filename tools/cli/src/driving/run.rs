@@ -24,11 +24,12 @@ use sinew_threads::{Comes, Thread};
 use super::held::{Held, Hold};
 use super::life;
 use super::live::{self, Live};
-use super::monitor::{has_screen, lines};
+use super::monitor::{Look, lines};
 use super::{herald, program};
 use crate::args;
 use crate::commands::load_rig_with;
 use crate::driving::backend::{self, Chosen};
+use crate::driving::screen::plain::{self, Telling};
 use crate::driving::screen::terminal;
 use crate::driving::screen::view::micros;
 use crate::ending;
@@ -101,6 +102,18 @@ impl Driven<'_> {
         self.driver.stop();
         drop(quiet);
         shown
+    }
+
+    /// Tells of it in words, and takes what is typed, until `over` or its end.
+    fn in_words(&self, live: &mut Live, over: &dyn Fn() -> bool, stdout_taken: bool) -> Outcome {
+        // it is told here, and once is enough; the report comes behind what was kept back
+        let quiet = log::hold_back();
+        let reset_stop = || self.driver.reset_emergency_stop();
+        let telling = Telling { quit_word: "stop", every: None, stdout_taken, reset_stop: Some(&reset_stop) };
+        let told = plain::tell(live, over, telling);
+        self.driver.stop();
+        drop(quiet);
+        told
     }
 }
 
@@ -289,7 +302,8 @@ fn black_box(rig: &Rig, simulated: bool) -> Option<(BlackBox, Box<dyn Tap>)> {
 fn show(args: &args::Run, driven: &Driven<'_>, over: &dyn Fn() -> bool) -> Outcome {
     let Driven { rig, wires, .. } = *driven;
     let Some(mut live) = driven.look()? else { return Ok(()) };
-    if has_screen() && !args.no_monitor {
+    let look = if args.no_monitor { Look::Lines } else { Look::of(args.plain) };
+    if look == Look::Screen {
         return driven.on_screen(&mut live, over);
     }
     let info = live.client().info();
@@ -299,10 +313,16 @@ fn show(args: &args::Run, driven: &Driven<'_>, over: &dyn Fn() -> bool) -> Outco
     ));
     output::note(program::says(rig));
     if rig.backend.estop.fitted {
-        output::note("the emergency stop is latched; without a screen here it is reset by its own button alone");
+        let how = if look == Look::Words { "or by reset-stop" } else { "alone" };
+        output::note(format_args!(
+            "the emergency stop is latched; without a screen here it is reset by its own button {how}"
+        ));
     }
     // the report has stdout to itself
     let quiet = args.report.as_deref() == Some(Path::new("-"));
+    if look == Look::Words {
+        return driven.in_words(&mut live, over, quiet);
+    }
     while lines(&mut live, over, quiet)? {}
     Ok(())
 }

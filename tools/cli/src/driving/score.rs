@@ -22,6 +22,8 @@ pub struct Score {
 /// What is wanted from a time on.
 #[derive(Debug, PartialEq)]
 pub struct Row {
+    /// Its line in the file.
+    pub line: u64,
     /// From the start, s.
     pub time_s: f64,
     /// Of each channel what is wanted from then on; `None` as before.
@@ -83,7 +85,8 @@ fn row(record: &StringRecord, channels: &[String]) -> Result<Row, (String, Strin
         cell => Setpoint::parse_cell(cell).map(Some).map_err(|e| (format!("{name}: {}", e.message), e.hint)),
     };
     let setpoints = record.iter().skip(1).zip(channels).map(setpoint).collect::<Result<_, _>>()?;
-    Ok(Row { time_s, setpoints })
+    let line = record.position().map_or(0, |position| position.line());
+    Ok(Row { line, time_s, setpoints })
 }
 
 fn form() -> String {

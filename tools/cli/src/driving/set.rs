@@ -25,14 +25,17 @@ pub fn set(args: &args::Set) -> Outcome {
     }
     let mut setpoints = Vec::new();
     for [name, setpoint] in pairs {
-        let setpoint = Setpoint::parse(setpoint).map_err(|e| Failure::input(e.message).hint(e.hint))?;
+        let setpoint =
+            Setpoint::parse(setpoint).map_err(|e| Failure::input(format!("{name}: {}", e.message)).hint(e.hint))?;
         setpoints.push((name, setpoint));
     }
     let client = live::connect(&args.target)?;
-    let mut wanted = Vec::new();
+    let (mut wanted, mut words) = (Vec::new(), Vec::new());
     for (name, setpoint) in &setpoints {
         let channel = channel(&client, name)?;
-        let (kind, value) = live::command(*setpoint, &client.channels()[channel]);
+        let info = &client.channels()[channel];
+        let (kind, value) = live::command(*setpoint, info);
+        words.push((info, *setpoint));
         wanted.push(Wanted { channel: channel as u32, kind, value });
     }
     let ask = |hold_s: f64| client.set_many(&wanted, Duration::from_secs_f64(hold_s));
@@ -49,7 +52,7 @@ pub fn set(args: &args::Set) -> Outcome {
             other => other,
         },
     };
-    let Taken { hold_s, .. } = asked.map_err(live::failure)?;
+    let Taken { hold_s, .. } = asked.map_err(|error| live::failure_of(error, &words))?;
     let is_mixed = setpoints.iter().any(|(_, setpoint)| *setpoint != Setpoint::Off);
     for (wanted, (_, setpoint)) in wanted.iter().zip(&setpoints) {
         // An `off` beside setpoints does not run out with them.
@@ -72,7 +75,13 @@ fn longest_hold_s(refusals: &[Refusal]) -> Option<f64> {
 fn taken(info: &ChannelInfo, setpoint: Setpoint, hold_s: f64) -> String {
     let share = |m: f64| format!(" ({:.1} % of the stroke)", info.stroke_at_length(m) * 100.0);
     let length = match setpoint {
-        Setpoint::Stroke(share) => format!(" ({:.2} mm)", info.length_at_stroke(share) * 1e3),
+        Setpoint::Stroke(share) => {
+            // a limit may shorten the stroke at its ends
+            let (asked_m, least_m, most_m) = (info.length_at_stroke(share), info.min_length_m, info.max_length_m);
+            let taken_m = asked_m.max(least_m).min(most_m);
+            let bound = if (taken_m - asked_m).abs() > 1e-6 { ", as far as [channel.limits] lets it" } else { "" };
+            format!(" ({:.2} mm{bound})", taken_m * 1e3)
+        }
         Setpoint::Length(m) => share(m),
         Setpoint::Way(_) => format!(" ({:.1} % of the stroke)", live::command(setpoint, info).1 * 100.0),
         _ => String::new(),

@@ -103,11 +103,38 @@ impl Setpoint {
             "force" if within(0.0, 1e5) => Ok(Setpoint::Force(value)),
             "length" => fail(format!("`{text}`: no wire has that length"), "length is 1 mm to 100 m".into()),
             "stroke" => {
-                fail(format!("`{text}` is outside the stroke"), "0 % is cold and long, 100 % is hot and short".into())
+                let nearest = format!("stroke={}{unit}", if value < 0.0 { "0" } else { "100" });
+                let nearest =
+                    if unit == "%" || value < 0.0 { format!("; the nearest is {nearest}") } else { String::new() };
+                let hint = format!("0 % is cold and long, 100 % is hot and short{nearest}");
+                fail(format!("`{text}` is outside the stroke"), hint)
             }
             "duty" => fail(format!("`{text}` is no duty"), "duty is 0 to 1 (or 0% to 100%)".into()),
             _ => fail(format!("`{text}`: a wire can only pull"), "force is 0 N or more".into()),
         }
+    }
+
+    /// What is to be said of a setpoint outside of a range, and the nearest one inside, both in the unit it was given in. The range is the driver's: in SI,
+    /// of a stroke in shares of one that is so long.
+    pub fn outside(self, low: f64, high: f64, stroke_m: f64) -> (String, String) {
+        let (name, value, unit, factor, decimals) = match self {
+            Setpoint::Length(m) => ("length", 1e3 * m, "mm", 1e3, 2),
+            Setpoint::Stroke(share) => ("stroke", 1e2 * share, "%", 1e2, 1),
+            Setpoint::Way(m) => ("stroke", 1e3 * m, "mm", 1e3 * stroke_m, 2),
+            Setpoint::Duty(duty) => ("duty", duty, "", 1.0, 3),
+            Setpoint::Force(n) => ("force", n, "N", 1.0, 3),
+            Setpoint::Off => ("off", f64::NAN, "", 1.0, 0),
+        };
+        // rounded inwards, so that what is offered would be taken
+        let scale = f64::powi(10.0, decimals);
+        let low = (low * factor * scale - 1e-6).ceil() / scale + 0.0;
+        let high = (high * factor * scale + 1e-6).floor() / scale;
+        let nearest = if value < low { low } else { high };
+        let (d, gap) = (decimals as usize, if unit.is_empty() { "" } else { " " });
+        (
+            format!("{name} {value:.d$}{gap}{unit} is outside {low:.d$} to {high:.d$}{gap}{unit}"),
+            format!("{name}={nearest:.d$}{unit}"),
+        )
     }
 
     /// Reads what was typed in the monitor: as on the command line, a percentage without a name is a stroke, and so is a bare
@@ -223,8 +250,9 @@ mod tests {
             ("length=mm", "is not a number", "length=164mm"),
             ("speed=3", "unknown quantity `speed`", "length=164mm"),
             ("half", "not a setpoint", "stroke=40%"),
-            ("stroke=140%", "outside the stroke", "100 % is hot"),
-            ("stroke=-3%", "outside the stroke", "0 % is cold"),
+            ("stroke=140%", "outside the stroke", "the nearest is stroke=100%"),
+            ("stroke=-3%", "outside the stroke", "the nearest is stroke=0%"),
+            ("stroke=-3mm", "outside the stroke", "the nearest is stroke=0mm"),
             ("duty=2", "no duty", "0 to 1"),
             ("force=-1N", "only pull", "0 N or more"),
             ("length=nanmm", "not a number", "length=164mm"),
@@ -234,6 +262,34 @@ mod tests {
             let error = Setpoint::parse(text).expect_err(text);
             assert!(error.message.contains(message), "{text}: {error:?}");
             assert!(error.hint.contains(hint), "{text}: {error:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_outside_is_told_in_its_own_unit_and_what_is_offered_would_be_taken() {
+        let told = |setpoint: Setpoint, low, high| setpoint.outside(low, high, 0.009_006);
+        let (message, nearest) = told(Setpoint::Way(0.012), 0.0, 1.0);
+        assert_eq!(
+            (message.as_str(), nearest.as_str()),
+            ("stroke 12.00 mm is outside 0.00 to 9.00 mm", "stroke=9.00mm")
+        );
+        let (message, nearest) = told(Setpoint::Length(0.155), 0.160_530_1, 0.167_046_9);
+        assert_eq!(message, "length 155.00 mm is outside 160.54 to 167.04 mm");
+        assert_eq!(nearest, "length=160.54mm");
+        assert_eq!(told(Setpoint::Stroke(1.2), 0.0, 1.0).0, "stroke 120.0 % is outside 0.0 to 100.0 %");
+        assert_eq!(
+            told(Setpoint::Duty(0.9), 0.0, 0.5),
+            ("duty 0.900 is outside 0.000 to 0.500".into(), "duty=0.500".into())
+        );
+        for (setpoint, low, high) in
+            [(Setpoint::Way(0.012), 0.0, 1.0), (Setpoint::Length(0.2), 0.160_530_1, 0.167_046_9)]
+        {
+            let (_, nearest) = told(setpoint, low, high);
+            match Setpoint::parse(&nearest).unwrap() {
+                Setpoint::Way(m) => assert!((low..=high).contains(&(m / 0.009_006)), "{nearest}"),
+                Setpoint::Length(m) => assert!((low..=high).contains(&m), "{nearest}"),
+                other => panic!("{other:?}"),
+            }
         }
     }
 

@@ -156,7 +156,7 @@ fn text(view: &View) -> String {
             number(row.state.power_w, 6, 3),
             match (row.fault, row.held_by) {
                 (Some(fault), _) => fault.flag.to_string(),
-                (None, Some(budget)) => format!("– (held back by its {budget} budget)"),
+                (None, Some(held)) => format!("– (held back by {})", held.by()),
                 (None, None) => "–".into(),
             },
         );

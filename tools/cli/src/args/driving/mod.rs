@@ -84,9 +84,10 @@ Examples:
   sinew run                                        the built-in 18-wire hexapod, simulated, walking on the spot
   sinew run examples/hexapod.toml --for 60 --report run.json
   sinew run bench.toml --no-monitor 2> run.log     one line a second on stdout
+  sinew run bench.toml --plain                     in words, for a screen reader; commands are typed
   sinew run bench.toml --speed 20                  simulated wires, twenty times as fast
 
-On a terminal it shows the monitor; otherwise one line a second. Ctrl-C and SIGTERM put all outputs to zero,
+On a terminal it shows the monitor, on one without a cursor (TERM=dumb) the same in words; otherwise one line a second. Ctrl-C and SIGTERM put all outputs to zero,
 print the report and exit 0.")]
 pub struct Run {
     /// The rig file; without one, the built-in simulated hexapod.
@@ -101,6 +102,9 @@ pub struct Run {
     /// One line a second, also on a terminal.
     #[arg(long)]
     pub no_monitor: bool,
+    /// In words, for screen readers and logs: what changes is said, a line each, and commands are typed (`help` tells them).
+    #[arg(long, conflicts_with = "no_monitor")]
+    pub plain: bool,
     /// So many simulated seconds in a second, 1 to 10000, or `max`: simulated wires only; leases count simulated time.
     #[arg(long, value_name = "F|max", value_parser = speed)]
     pub speed: Option<f64>,
@@ -139,9 +143,14 @@ Examples:
   sinew monitor
   sinew monitor --rig hexapod
   sinew monitor > watch.log        no terminal: one line a second
+  sinew monitor --plain            in words, for a screen reader; type help, or Enter for how things are
+  sinew monitor --plain --every 60 > events.log     what happens, and how things are each minute
+
+In words: nothing is drawn, what changes is said, and commands are typed, as `set left 40%`, `off left`, `status left`, `stop`, `quit`; so it is
+on a terminal without a cursor (TERM=dumb) too. By a pipe commands come the same way, and its end is not the monitor's.
 
 Keys: arrows or j/k select, + and - move the stroke by 5 %, digits type a stroke (Enter sends), o off, r reset,
-Space let go of the channel, ? help, q quit. NO_COLOR is honoured.")]
+Space let go of the channel, d details, n the next channel with a fault or held back, ? help, q quit. NO_COLOR leaves the colours out.")]
 pub struct Monitor {
     /// Which driver.
     #[command(flatten)]
@@ -149,6 +158,12 @@ pub struct Monitor {
     /// Stop after so many seconds.
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub duration_s: Option<f64>,
+    /// In words, for screen readers and logs: what changes is said, a line each, and commands are typed.
+    #[arg(long)]
+    pub plain: bool,
+    /// In words, also how things are, so often.
+    #[arg(long = "every", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true, requires = "plain")]
+    pub every_s: Option<f64>,
 }
 
 /// `sinew set`.

@@ -3,8 +3,7 @@
 use std::io::IsTerminal as _;
 use std::time::Duration;
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-
+use crate::driving::typed::Lines;
 use crate::failure::Failure;
 use crate::output;
 
@@ -25,8 +24,7 @@ pub enum Word {
 /// Answers as they come.
 #[derive(Debug, Default)]
 pub struct Questions {
-    held: Vec<u8>,
-    is_at_end: bool,
+    lines: Lines,
 }
 
 impl Questions {
@@ -60,39 +58,25 @@ impl Questions {
 
     /// Whether nobody will answer any more.
     pub fn is_at_end(&self) -> bool {
-        self.is_at_end
+        self.lines.is_at_end()
     }
 
     /// The next line; `None` at the end of all.
     fn line(&mut self, over: &dyn Fn() -> bool) -> Result<Option<String>, Failure> {
         loop {
-            if let Some(end) = self.held.iter().position(|byte| *byte == b'\n') {
-                let line: Vec<u8> = self.held.drain(..=end).collect();
+            let next = self.lines.next(LOOK);
+            if let Some(line) = next.map_err(|error| Failure::own(format!("stdin: {error}")))? {
                 if !std::io::stdin().is_terminal() {
                     // nobody has typed it
                     output::print("\n")?;
                 }
-                return Ok(Some(String::from_utf8_lossy(&line).trim_end().to_string()));
+                return Ok(Some(line));
             }
             if over() {
                 return Err(Failure::own("the bring-up was ended; outputs are at zero"));
             }
-            if self.is_at_end {
+            if self.lines.is_at_end() {
                 return Ok(None);
-            }
-            let stdin = std::io::stdin();
-            let wait = Timespec { tv_sec: 0, tv_nsec: LOOK.subsec_nanos().into() };
-            match poll(&mut [PollFd::new(&stdin, PollFlags::IN)], Some(&wait)) {
-                Ok(0) | Err(rustix::io::Errno::INTR) => continue,
-                Ok(_) => {}
-                Err(error) => return Err(Failure::own(format!("stdin: {}", std::io::Error::from(error)))),
-            }
-            let mut bytes = [0; 256];
-            match rustix::io::read(&stdin, &mut bytes) {
-                Ok(0) => self.is_at_end = true,
-                Ok(count) => self.held.extend_from_slice(&bytes[..count]),
-                Err(rustix::io::Errno::INTR | rustix::io::Errno::AGAIN) => {}
-                Err(error) => return Err(Failure::own(format!("stdin: {}", std::io::Error::from(error)))),
             }
         }
     }

@@ -13,6 +13,8 @@ use crate::driving::setpoint::Setpoint;
 pub const HISTORY_S: f64 = 30.0;
 /// By how much `+` and `-` move the stroke.
 const STEP: f64 = 0.05;
+/// Lines the help page has at the most.
+const LONGEST_HELP: u16 = 40;
 
 /// One moment of a channel.
 #[derive(Debug, Clone, Copy)]
@@ -64,8 +66,12 @@ pub struct App {
     pub entry: Option<String>,
     /// The message line, and until when it stands (screen time, s).
     pub message: Option<(Message, f64)>,
-    /// The help page is up.
-    pub help: bool,
+    /// The help page is up, from this of its lines on.
+    pub help: Option<u16>,
+    /// The selected channel's details are up.
+    pub details: bool,
+    /// How many channels were in sight in the last picture.
+    pub page: usize,
     /// What `q` does, for the key line: "quit" or "stop".
     pub quit_word: &'static str,
     /// Whether the emergency stop may be reset here: at the driver's own terminal.
@@ -84,7 +90,9 @@ impl App {
             selected: 0,
             entry: None,
             message: None,
-            help: false,
+            help: None,
+            details: false,
+            page: 10,
             quit_word,
             resets_stop: false,
             held: Vec::new(),
@@ -143,22 +151,30 @@ impl App {
         if self.entry.is_some() {
             return self.type_key(key, now_s);
         }
-        if self.help {
-            self.help = false;
+        if let Some(from) = self.help {
+            self.help = match key.code {
+                KeyCode::Down | KeyCode::PageDown | KeyCode::Char('j') => {
+                    Some(from.saturating_add(4).min(LONGEST_HELP))
+                }
+                KeyCode::Up | KeyCode::PageUp | KeyCode::Char('k') => Some(from.saturating_sub(4)),
+                _ => None,
+            };
             return Action::None;
         }
         let count = self.view.as_ref().map_or(0, |view| view.channels.len());
         match key.code {
             KeyCode::Char('q' | 'Q') => return Action::Quit,
-            KeyCode::Char('?' | 'h') | KeyCode::F(1) => self.help = true,
-            KeyCode::Esc => self.message = None,
+            KeyCode::Char('?' | 'h') | KeyCode::F(1) => self.help = Some(0),
+            KeyCode::Esc => (self.message, self.details) = (None, false),
             _ if count == 0 => {}
             KeyCode::Up | KeyCode::Char('k') => self.selected = self.selected.saturating_sub(1),
             KeyCode::Down | KeyCode::Char('j') => self.selected = (self.selected + 1).min(count - 1),
-            KeyCode::PageUp => self.selected = self.selected.saturating_sub(10),
-            KeyCode::PageDown => self.selected = (self.selected + 10).min(count - 1),
+            KeyCode::PageUp => self.selected = self.selected.saturating_sub(self.page),
+            KeyCode::PageDown => self.selected = (self.selected + self.page).min(count - 1),
             KeyCode::Home | KeyCode::Char('g') => self.selected = 0,
             KeyCode::End | KeyCode::Char('G') => self.selected = count - 1,
+            KeyCode::Char('n') => self.select_next_trouble(),
+            KeyCode::Char('d') => self.details = !self.details,
             KeyCode::Char('+' | '=') | KeyCode::Right => return self.nudge(STEP),
             KeyCode::Char('-' | '_') | KeyCode::Left => return self.nudge(-STEP),
             KeyCode::Char('o') => return Action::Set(self.selected, Setpoint::Off),
@@ -176,6 +192,15 @@ impl App {
         Action::None
     }
 
+    /// Selects the next channel that has a fault or is held back.
+    fn select_next_trouble(&mut self) {
+        let Some(view) = &self.view else { return };
+        let has_trouble = |row: &Row| row.fault.is_some() || row.held_by.is_some();
+        let (after, count) = (self.selected + 1, view.channels.len());
+        let mut next = (0..count).map(|step| (after + step) % count);
+        self.selected = next.find(|index| has_trouble(&view.channels[*index])).unwrap_or(self.selected);
+    }
+
     fn type_key(&mut self, key: KeyEvent, now_s: f64) -> Action {
         let Some(entry) = &mut self.entry else { return Action::None };
         match key.code {
@@ -191,7 +216,11 @@ impl App {
                 }
                 match Setpoint::parse_typed(&typed) {
                     Ok(setpoint) => return Action::Set(self.selected, setpoint),
-                    Err(error) => self.say(Message::Refused(format!("{}: {}", error.message, error.hint)), now_s),
+                    Err(error) => {
+                        let name = self.view.as_ref().and_then(|view| view.channels.get(self.selected));
+                        let name = name.map_or("", |row| row.name.as_str());
+                        self.say(Message::Refused(format!("{name}: {}; {}", error.message, error.hint)), now_s);
+                    }
                 }
             }
             _ => {}
@@ -281,9 +310,9 @@ mod tests {
     fn the_help_page_swallows_one_key() {
         let mut app = app();
         press(&mut app, KeyCode::Char('?'));
-        assert!(app.help);
+        assert!(app.help.is_some());
         assert_eq!(press(&mut app, KeyCode::Char('o')), Action::None);
-        assert!(!app.help);
+        assert!(app.help.is_none());
         assert_eq!(press(&mut app, KeyCode::Char('o')), Action::Set(0, Setpoint::Off));
     }
 

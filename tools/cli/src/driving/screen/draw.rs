@@ -1,40 +1,53 @@
 //! Draws the screen: a title, a table of all channels, the selected channel's chart, the loop's statistics, the keys.
 //!
 //! Eighteen channels fit into 80 × 24. Additional space goes to the bars, to columns of lower priority, and to a
-//! chart of the selected channel; on smaller screens these shrink first, and the table scrolls.
+//! chart of the selected channel; on smaller screens these shrink first, and the table scrolls. Down to 40 × 15 the title names
+//! the faults and the hottest wire, and the details of the selected channel can be had over the table.
 
-use crate::output::counted;
+use std::ops::Range;
+
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
-use ratatui::style::{Modifier, Style};
+use ratatui::style::Style;
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Block, Borders, Chart, Clear, Dataset, GraphType, Paragraph, Widget, Wrap};
-use sinew_ipc::{ChannelState, Detail, Mode};
 
 use super::app::{App, HISTORY_S, Message};
+use super::help::{draw_help, draw_keys};
 use super::machine::{self, draw_machine};
 use super::style::Palette;
-use super::view::{Row, View, micros, number, percent};
+use super::table::{draw_table, in_sight};
+use super::title::title_lines;
+use super::view::{Row, View, micros, number};
 
 /// Below this a chart says less than a sparkline.
 const CHART_ROWS: u16 = 7;
+/// Rows below which the title has one line.
+const ROOMY: u16 = 12;
+/// Columns below which it may have three.
+const NARROW: u16 = 60;
 
-/// Draws everything.
-pub fn draw(frame: &mut Frame, app: &App, palette: Palette) {
+/// Draws everything; how many channels are in sight.
+pub fn draw(frame: &mut Frame, app: &App, palette: Palette) -> usize {
     let area = frame.area();
     if area.width < 20 || area.height < 4 {
         frame.render_widget("too small", area);
-        return;
+        return 1;
     }
     let Some(view) = &app.view else {
         frame.render_widget("waiting for the driver …", area);
-        return;
+        return 1;
     };
     let mut rows = Rows { area, next: area.y, last: area.bottom() };
+    let titled = match (area.width, area.height) {
+        (_, ..ROOMY) => title_lines(view, palette, area.width, 1),
+        (..NARROW, _) => title_lines(view, palette, area.width, 3),
+        _ => title_lines(view, palette, area.width, 2),
+    };
     // from both ends inwards, the table takes what is left
-    let title = rows.top(1);
+    let title = rows.top(titled.len() as u16);
     let keys = rows.bottom(1);
     let timing = if rows.left() > 3 { rows.bottom(1) } else { Rect::ZERO };
     let table_rows = view.channels.len() as u16 + 1;
@@ -43,6 +56,8 @@ pub fn draw(frame: &mut Frame, app: &App, palette: Palette) {
     let needed = (said.width() as u16).div_ceil(area.width).clamp(1, 3);
     let message = match rows.left().saturating_sub(table_rows) {
         _ if rows.left() <= 3 => Rect::ZERO,
+        // a table that scrolls anyway has rows to spare
+        0 if rows.left() < table_rows && area.height >= ROOMY => rows.bottom(needed),
         spare => rows.bottom(needed.min(spare.max(1))),
     };
     let machine = match (&app.machine, rows.left().saturating_sub(table_rows)) {
@@ -56,12 +71,14 @@ pub fn draw(frame: &mut Frame, app: &App, palette: Palette) {
         _ => rows.bottom(spare.min(24)),
     };
     let table = rows.top(rows.left());
+    let sight = in_sight(app.selected, view.channels.len(), table.height.saturating_sub(1) as usize);
+    let said = if said.width() == 0 { out_of_sight(view, &sight, palette) } else { said };
 
-    draw_title(frame.buffer_mut(), title, view, palette);
+    frame.render_widget(Paragraph::new(titled), title);
     if let Some(picture) = &app.machine {
         draw_machine(frame, machine, picture, palette);
     }
-    draw_table(frame.buffer_mut(), table, app, view, palette);
+    draw_table(frame.buffer_mut(), table, app, view, sight.clone(), palette);
     if course.height >= CHART_ROWS {
         draw_course(frame, course, app, view, palette);
     } else if course.height > 0 {
@@ -70,9 +87,37 @@ pub fn draw(frame: &mut Frame, app: &App, palette: Palette) {
     frame.render_widget(Paragraph::new(said).wrap(Wrap { trim: false }), message);
     draw_timing(frame.buffer_mut(), timing, view, palette);
     draw_keys(frame.buffer_mut(), keys, app, palette);
-    if app.help {
-        draw_help(frame, app, palette);
+    if let Some(from) = app.help {
+        draw_help(frame, app, from, palette);
+    } else if app.details {
+        draw_details(frame, app, view, palette);
     }
+    sight.len()
+}
+
+/// Which channels that are not in sight have a fault, or are held back.
+fn out_of_sight(view: &View, sight: &Range<usize>, palette: Palette) -> Line<'static> {
+    let is_above = |index: usize| index < sight.start;
+    let of = |is_meant: fn(&Row) -> bool, is_above_it: bool| {
+        let there = view.channels.iter().enumerate().filter(|(index, _)| !sight.contains(index));
+        let meant = there.filter(|(index, row)| is_above(*index) == is_above_it && is_meant(row));
+        meant.map(|(_, row)| row.name.as_str()).collect::<Vec<_>>()
+    };
+    let has_fault: fn(&Row) -> bool = |row| row.fault.is_some();
+    let is_held: fn(&Row) -> bool = |row| row.fault.is_none() && row.held_by.is_some();
+    let mut spans = Vec::new();
+    for (mark, is_meant, style) in [("✖", has_fault, palette.fault()), ("▼", is_held, palette.warning())] {
+        for (arrow, above) in [("↑", true), ("↓", false)] {
+            let names = of(is_meant, above);
+            if !names.is_empty() {
+                spans.push(Span::styled(format!(" {arrow}{mark} {}", names.join(" ")), style));
+            }
+        }
+    }
+    if !spans.is_empty() {
+        spans.insert(0, Span::raw(" n:"));
+    }
+    Line::from(spans)
 }
 
 /// Hands out rows from the top and the bottom.
@@ -98,200 +143,6 @@ impl Rows {
         let height = height.min(self.left());
         self.last -= height;
         Rect { y: self.last, height, ..self.area }
-    }
-}
-
-fn draw_title(buffer: &mut Buffer, area: Rect, view: &View, palette: Palette) {
-    let faults = view.channels.iter().filter(|row| row.fault.is_some()).count();
-    let mut spans = vec![
-        Span::styled(format!(" sinew · {} ", view.rig), palette.title().add_modifier(Modifier::REVERSED)),
-        Span::raw(format!(
-            "  {} at {:.0} Hz  {}  pid {}",
-            counted(view.channels.len(), "channel"),
-            view.rate_hz,
-            clock(view.uptime_s),
-            view.pid
-        )),
-    ];
-    match faults {
-        0 => {}
-        1 => spans.push(Span::styled("  ✖ 1 fault", palette.fault())),
-        n => spans.push(Span::styled(format!("  ✖ {n} faults"), palette.fault())),
-    }
-    if let Some((name, fault)) = view.first_of_several() {
-        spans.push(Span::styled(format!(", first {name}: {}", words(fault.flag)), palette.fault()));
-    }
-    if view.age_s > 0.5 {
-        spans.push(Span::styled(format!("  ▲ nothing new for {:.1} s", view.age_s), palette.warning()));
-    }
-    Line::from(spans).render(area, buffer);
-}
-
-/// One column of the table.
-#[derive(Clone, Copy, PartialEq)]
-enum Column {
-    Name,
-    Bar,
-    Stroke,
-    Target,
-    Length,
-    Duty,
-    Resistance,
-    Temperature,
-    Martensite,
-    Power,
-    State,
-}
-
-/// The columns that fit, with their widths; one cell stands between two of them.
-fn columns(width: u16, view: &View) -> Vec<(Column, u16)> {
-    use Column::*;
-    let longest = view.channels.iter().map(|row| row.name.chars().count()).max().unwrap_or(4) as u16;
-    let mut chosen = vec![
-        (Name, longest.clamp(7, 24)),
-        (Bar, 8),
-        (Stroke, 4),
-        (Target, 4),
-        (Length, 7),
-        (Duty, 4),
-        (Resistance, 6),
-        (Temperature, 4),
-        (Martensite, 4),
-        (Power, 5),
-        (State, 12),
-    ];
-    let needed = |chosen: &[(Column, u16)]| 1 + chosen.iter().map(|(_, w)| w + 1).sum::<u16>();
-    for least in [Length, Martensite, Resistance, Power, Temperature, Duty, Target, Bar, Stroke, State] {
-        if needed(&chosen) <= width {
-            break;
-        }
-        chosen.retain(|(column, _)| *column != least);
-    }
-    let spare = width.saturating_sub(needed(&chosen));
-    let state_extra = (spare / 4).min(12);
-    for (column, w) in &mut chosen {
-        match column {
-            State => *w += state_extra,
-            Bar => *w += (spare - state_extra).min(52),
-            _ => {}
-        }
-    }
-    chosen
-}
-
-fn heading(column: Column, width: u16) -> String {
-    let w = width as usize;
-    match column {
-        Column::Name => format!("{:<w$}", "channel"),
-        Column::Bar if w >= 12 => format!("cold{:>rest$}", "hot", rest = w - 4),
-        Column::Bar => format!("{:<w$}", "stroke"),
-        Column::Stroke => format!("{:>w$}", "%"),
-        Column::Target => format!("{:>w$}", "→ %"),
-        Column::Length => format!("{:>w$}", "mm"),
-        Column::Duty => format!("{:>w$}", "duty"),
-        Column::Resistance => format!("{:>w$}", "Ω"),
-        Column::Temperature => format!("{:>w$}", "≈°C"),
-        Column::Martensite => format!("{:>w$}", "≈ξ"),
-        Column::Power => format!("{:>w$}", "W"),
-        Column::State => format!("{:<w$}", "state"),
-    }
-}
-
-fn draw_table(buffer: &mut Buffer, area: Rect, app: &App, view: &View, palette: Palette) {
-    if area.height == 0 {
-        return;
-    }
-    let columns = columns(area.width, view);
-    let put = |buffer: &mut Buffer, x: u16, y: u16, text: &str, width: u16, style: Style| {
-        let room = area.right().saturating_sub(x).min(width);
-        buffer.set_stringn(x, y, clip(text, room as usize), room as usize, style);
-    };
-    let mut x = area.x + 1;
-    for (column, width) in &columns {
-        put(buffer, x, area.y, &heading(*column, *width), *width, palette.label());
-        x += width + 1;
-    }
-    let visible = (area.height - 1) as usize;
-    if visible == 0 {
-        return;
-    }
-    let count = view.channels.len();
-    // the page that keeps the selection in sight
-    let first = if count <= visible { 0 } else { app.selected.saturating_sub(visible / 2).min(count - visible) };
-    for (index, row) in view.channels.iter().enumerate().skip(first).take(visible) {
-        let y = area.y + 1 + (index - first) as u16;
-        let selected = index == app.selected;
-        let base = if selected { palette.selected() } else { Style::new() };
-        let more = (index == first && first > 0, index == first + visible - 1 && index + 1 < count);
-        let marker = match (selected, more) {
-            (true, _) => "▶",
-            (_, (true, _)) => "↑",
-            (_, (_, true)) => "↓",
-            _ => " ",
-        };
-        put(buffer, area.x, y, marker, 1, base);
-        let mut x = area.x + 1;
-        for (column, width) in &columns {
-            let w = *width as usize;
-            let number = |value: f64, decimals: usize| number(value, w, decimals);
-            match column {
-                Column::Name if app.held.contains(&index) => {
-                    put(buffer, x, y, &format!("{}*", clip(&row.name, w - 1)), *width, base)
-                }
-                Column::Name => put(buffer, x, y, &row.name, *width, base),
-                Column::Bar => draw_bar(buffer, Rect { x, y, width: *width, height: 1 }, row, palette),
-                Column::Stroke => put(buffer, x, y, &format!("{:>w$}", percent(row.stroke())), *width, base),
-                Column::Target => {
-                    put(buffer, x, y, &format!("{:>w$}", percent(row.target())), *width, palette.target())
-                }
-                Column::Length => put(buffer, x, y, &number(row.state.length_m * 1e3, 2), *width, base),
-                Column::Duty => put(buffer, x, y, &number(row.state.duty, 2), *width, base),
-                Column::Resistance => put(buffer, x, y, &number(row.state.resistance_ohm, 2), *width, base),
-                Column::Temperature => put(buffer, x, y, &number(row.state.temperature_c, 0), *width, base),
-                Column::Martensite => put(buffer, x, y, &number(row.state.martensite, 2), *width, base),
-                Column::Power => put(buffer, x, y, &number(row.state.power_w, 2), *width, base),
-                Column::State => {
-                    let (text, style) = match (row.fault, row.health, row.held_by) {
-                        (Some(fault), _, _) => (format!("✖ {}", words(fault.flag)), palette.fault()),
-                        (None, Some(health), _) => (format!("▲ {health}"), palette.warning()),
-                        (None, None, Some(budget)) => (format!("▼ {budget}"), palette.warning()),
-                        (None, None, None) => (row.mode().to_string(), base),
-                    };
-                    put(buffer, x, y, &text, *width, style);
-                }
-            }
-            x += width + 1;
-        }
-    }
-}
-
-/// A flag as a person would write it.
-fn words(flag: &str) -> String {
-    flag.replace('_', " ")
-}
-
-/// The stroke as a bar from cold (left) to hot (right) in eighths of a cell, with the target as a mark on it.
-fn draw_bar(buffer: &mut Buffer, area: Rect, row: &Row, palette: Palette) {
-    const EIGHTHS: [&str; 8] = [" ", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
-    let width = area.width as usize;
-    let stroke = row.stroke();
-    let eighths = if stroke.is_finite() { (stroke.clamp(0.0, 1.0) * (width * 8) as f64).round() as usize } else { 0 };
-    let target = row.target();
-    let mark = target.is_finite().then(|| (target.clamp(0.0, 1.0) * (width - 1) as f64).round() as usize);
-    for at in 0..width {
-        let filled = eighths.saturating_sub(at * 8).min(8);
-        let (symbol, style) = match filled {
-            _ if !stroke.is_finite() => ("╌", palette.label()),
-            0 => ("·", palette.label()),
-            8 => ("█", palette.bar()),
-            part => (EIGHTHS[part], palette.bar()),
-        };
-        let (symbol, style) = match mark {
-            Some(mark) if mark == at && filled == 8 => ("┃", palette.target_on_bar()),
-            Some(mark) if mark == at => ("┃", palette.target()),
-            _ => (symbol, style),
-        };
-        buffer.set_string(area.x + at as u16, area.y, symbol, style);
     }
 }
 
@@ -362,61 +213,43 @@ fn moment_age(moment: &super::app::Moment, view: &View) -> f64 {
     moment.time_s - view.uptime_s
 }
 
-/// The details as they have always stood; a field that the table adds comes behind them.
-const DETAILS: [&str; 7] =
-    ["length_m", "target_m", "velocity_m_s", "power_w", "resistance_ohm", "temperature_c", "martensite"];
-
-/// The selected channel in words and figures.
+/// The selected channel in words and figures: what is wrong with it first.
 fn details(row: &Row, palette: Palette) -> Vec<Line<'static>> {
-    let pair = |label: &str, value: String| {
+    let pair = |(label, value): (&str, String)| {
         Line::from(vec![Span::styled(format!("{label:<12}"), palette.label()), Span::raw(value)])
     };
-    let mut lines = Vec::new();
-    let added = ChannelState::FIELDS.iter().map(|field| field.name).filter(|name| !DETAILS.contains(name));
-    for field in DETAILS.into_iter().chain(added).filter_map(ChannelState::field) {
-        let Some(detail) = field.detail else { continue };
-        lines.push(pair(detail.label, in_its_unit(field.of(&row.state), field.unit, &detail)));
-        if field.name == "target_m" {
-            lines.push(pair("range", format!("{:.1} … {:.1} mm", row.hot_m * 1e3, row.cold_m * 1e3)));
-        }
-    }
-    let lease_s = row.state.lease_s;
-    let setpoint = match lease_s.is_finite() {
-        true => format!("held for {lease_s:.1} s more"),
-        false if row.state.mode() == Mode::Program => "the driver's own".into(),
-        false => "none".into(),
-    };
-    lines.push(pair("setpoint", setpoint));
-    if let Some(owner) = row.owner() {
-        lines.push(pair("claimed by", owner));
-    }
-    if let Some(life) = &row.life {
-        lines.push(pair("life used", life.clone()));
-    }
-    if let Some(fault) = row.fault {
-        lines.push(Line::styled(format!("✖ {}: {}", words(fault.flag), fault.cause), palette.fault()));
-        lines.push(Line::raw(fault.remedy));
-    } else if let Some(health) = row.health {
-        lines.push(Line::styled(format!("▲ sample: {health}"), palette.warning()));
-    } else if let Some(budget) = row.held_by {
-        lines.push(Line::styled(format!("▼ held back by its {budget} budget"), palette.warning()));
-    }
-    lines
+    let trouble =
+        row.trouble().map(|trouble| Line::styled(format!("{} {trouble}", mark(row)), trouble_style(row, palette)));
+    trouble.into_iter().chain(row.details().into_iter().map(pair)).collect()
 }
 
-/// A value as the details show it: lengths and speeds in mm, a dash where it is not known.
-fn in_its_unit(value: f64, unit: &str, detail: &Detail) -> String {
-    let (factor, unit) = match unit {
-        "m" => (1e3, "mm"),
-        "m/s" => (1e3, "mm/s"),
-        other => (1.0, other),
-    };
-    let decimals = detail.decimals;
-    let text = match value.is_finite() {
-        true => format!("{:.decimals$} {unit}", value * factor),
-        false => "–".into(),
-    };
-    if detail.is_estimate { format!("{text} (estimated)") } else { text }
+/// The sign of what is wrong with a channel.
+fn mark(row: &Row) -> &'static str {
+    match (row.fault, row.health, row.held_by) {
+        (Some(_), ..) => "✖",
+        (None, Some(_), _) => "▲",
+        (None, None, Some(_)) => "▼",
+        (None, None, None) => "·",
+    }
+}
+
+fn trouble_style(row: &Row, palette: Palette) -> Style {
+    if row.fault.is_some() { palette.fault() } else { palette.warning() }
+}
+
+/// The same over the table, where there is no room beside it; the line of the selection stays in sight.
+fn draw_details(frame: &mut Frame, app: &App, view: &View, palette: Palette) {
+    let Some(row) = view.channels.get(app.selected) else { return };
+    let lines = details(row, palette);
+    let area = frame.area();
+    let width = 50.min(area.width);
+    let inside = usize::from(width).saturating_sub(2).max(1);
+    let needed: usize = lines.iter().map(|line| line.width().div_ceil(inside).max(1)).sum();
+    let height = (needed as u16 + 2).min(area.height);
+    let area = Rect { x: area.right() - width, y: area.bottom() - height, width, height };
+    let block = Block::bordered().title(format!(" {} ", row.name)).border_style(palette.label());
+    frame.render_widget(Clear, area);
+    frame.render_widget(Paragraph::new(lines).block(block.title_bottom(" d closes ")).wrap(Wrap { trim: true }), area);
 }
 
 /// What is being typed, or was answered, or is to be known of the selected channel.
@@ -435,8 +268,8 @@ fn message_line(app: &App, view: &View, palette: Palette) -> Line<'static> {
             Message::Done(text) => Line::styled(format!(" ✔ {text}"), palette.good()),
             Message::Refused(text) => Line::styled(format!(" ✖ {text}"), palette.fault()),
         }
-    } else if let Some((row, fault)) = row.and_then(|row| row.fault.map(|fault| (row, fault))) {
-        Line::styled(format!(" ✖ {}: {}; {}", row.name, fault.cause, fault.remedy), palette.fault())
+    } else if let Some((row, trouble)) = row.and_then(|row| row.trouble().map(|trouble| (row, trouble))) {
+        Line::styled(format!(" {} {}: {trouble}", mark(row), row.name), trouble_style(row, palette))
     } else {
         Line::default()
     }
@@ -475,88 +308,21 @@ fn draw_timing(buffer: &mut Buffer, area: Rect, view: &View, palette: Palette) {
     Line::from(spans).render(area, buffer);
 }
 
-fn draw_keys(buffer: &mut Buffer, area: Rect, app: &App, palette: Palette) {
-    let long = area.width >= 78;
-    let mut spans = vec![Span::raw(" ")];
-    for (key, what, always) in [
-        ("↑↓", "select", true),
-        ("+−", "stroke", true),
-        ("0-9", "type", false),
-        ("space", "let go", false),
-        ("o", "off", true),
-        ("r", "reset", true),
-        ("x", "e-stop reset", app.resets_stop && app.is_stopped()),
-        ("?", "help", true),
-        ("q", app.quit_word, true),
-    ] {
-        if always || (long && key != "x") {
-            spans.push(Span::styled(key, palette.title()));
-            spans.push(Span::styled(format!(" {what}  "), palette.label()));
-        }
-    }
-    Line::from(spans).render(area, buffer);
-}
-
-fn draw_help(frame: &mut Frame, app: &App, palette: Palette) {
-    let text = format!(
-        "\
-↑ ↓  j k          select a channel
-+ −               stroke up or down by 5 %
-0-9 … Enter       type a stroke, or 164mm, 2N, duty=0.1
-o                 channel off
-space             let go of a channel held from here (*)
-r                 reset a latched fault
-x                 reset the emergency stop, where `sinew run` was typed
-q, Ctrl-C         {}
-
-The bar runs from cold and long to hot and short; ┃ is the target.
-A channel set here is held (*) until you let go or leave.
-late: how late the loop woke, in µs: 50 % / 99 % / 99.9 % / most.
-cycle: how long a cycle took, 50 % / most. ≈ marks an estimate.
-rt: means of real time granted; `sinew doctor` says what to type.",
-        match app.quit_word {
-            "stop" => "stop the driver: outputs to zero, then the report",
-            _ => "leave; the driver goes on",
-        }
-    );
-    let area = frame.area();
-    let width = 74.min(area.width);
-    let height = (text.lines().count() as u16 + 2).min(area.height);
-    let area = Rect { x: (area.width - width) / 2, y: (area.height - height) / 2, width, height };
-    let block =
-        Block::bordered().title(" keys and signs ").title_bottom(" any key closes ").border_style(palette.label());
-    frame.render_widget(Clear, area);
-    frame.render_widget(Paragraph::new(text).block(block), area);
-}
-
-/// Hours, minutes and seconds.
-fn clock(seconds: f64) -> String {
-    let whole = seconds.max(0.0) as u64;
-    match whole / 3600 {
-        0 => format!("{}:{:02}", whole / 60, whole % 60),
-        hours => format!("{hours}:{:02}:{:02}", whole / 60 % 60, whole % 60),
-    }
-}
-
-/// At most `width` characters, with an ellipsis where something is missing.
-fn clip(text: &str, width: usize) -> String {
-    match text.chars().count() <= width {
-        true => text.to_string(),
-        false => text.chars().take(width.saturating_sub(1)).chain(['…']).collect(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
+    use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
     use super::super::view::tests::hexapod;
+    use super::super::view::{Account, HeldBack};
     use super::*;
 
     fn screen(app: &App, width: u16, height: u16) -> Vec<String> {
         let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
-        terminal.draw(|frame| draw(frame, app, Palette::new(true))).unwrap();
+        let mut in_sight = 0;
+        terminal.draw(|frame| in_sight = draw(frame, app, Palette::new(true))).unwrap();
+        assert!(in_sight <= usize::from(height));
         let buffer = terminal.backend().buffer();
         let line = |y| (0..width).map(|x| buffer[(x, y)].symbol()).collect::<String>().trim_end().to_string();
         (0..height).map(line).collect()
@@ -580,7 +346,7 @@ mod tests {
 
     /// Compares with a stored picture; `UPDATE_SNAPSHOTS=1 cargo test` stores what is drawn now, to be looked at.
     fn compare(lines: &[String], name: &str) {
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/screen/snapshots").join(name);
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/driving/screen/snapshots").join(name);
         let drawn = lines.join("\n") + "\n";
         if std::env::var_os("UPDATE_SNAPSHOTS").is_some() {
             std::fs::write(&path, &drawn).unwrap();
@@ -607,12 +373,19 @@ mod tests {
     }
 
     #[test]
-    fn a_wire_with_an_account_shows_what_is_used_of_its_life() {
+    fn a_wire_with_an_account_shows_what_is_used_of_its_life_and_its_energy() {
         let mut app = app();
         let selected = app.selected;
-        app.view.as_mut().unwrap().channels[selected].life = Some("3.1 % (1.0 % to 9.9 %)".into());
-        let text = screen(&app, 160, 50).join("\n");
-        assert!(text.contains("life used") && text.contains("3.1 % (1.0 %"), "{text}");
+        let account = Account { used: "3.1 % (1.0 % to 9.9 %)".into(), energy: "12 kJ".into() };
+        app.view.as_mut().unwrap().channels[selected].account = Some(account);
+        // beside the chart, and over the table where there is none
+        app.details = true;
+        for (width, height) in [(200, 60), (80, 24), (40, 15)] {
+            let text = screen(&app, width, height).join("\n");
+            assert!(text.contains("3.1 % (1.0 %") && text.contains("12 kJ"), "{text}");
+        }
+        app.details = false;
+        assert!(screen(&app, 200, 60).join("\n").contains("12 kJ"));
     }
 
     #[test]
@@ -620,7 +393,7 @@ mod tests {
         let mut app = app();
         for entry in [None, Some("45".to_string())] {
             app.entry = entry;
-            for help in [false, true] {
+            for help in [None, Some(0), Some(30)] {
                 app.help = help;
                 for width in [1, 5, 19, 20, 30, 41, 57, 80, 100, 200] {
                     for height in [1, 3, 4, 5, 8, 12, 24, 27, 50, 90] {
@@ -641,6 +414,61 @@ mod tests {
             let name = format!("▶{}", app.view.as_ref().unwrap().channels[selected].name);
             assert!(lines.iter().any(|line| line.contains(&name)), "{name}\n{}", lines.join("\n"));
         }
+    }
+
+    #[test]
+    fn the_hottest_wire_faults_and_what_holds_a_wire_back_are_there_at_any_size() {
+        let mut app = app();
+        for count in [1, 18, 64] {
+            let mut view = hexapod(count);
+            view.channels[0].held_by = Some(HeldBack::Temperature);
+            let hottest = view.hottest().unwrap().name.clone();
+            app.update(view);
+            app.selected = 0;
+            for (width, height) in [(40, 15), (80, 24), (200, 60)] {
+                let text = screen(&app, width, height).join("\n");
+                assert!(text.contains(&format!("hottest {hottest}")), "{text}");
+                let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+                assert!(
+                    text.contains("▼ temperatu") && words.contains("held back by its temperature budget"),
+                    "{text}"
+                );
+                assert!(count < 18 || text.contains("✖ 1 fault"), "{text}");
+                assert!(text.contains("q quit") && text.contains("? help"), "{text}");
+            }
+        }
+    }
+
+    #[test]
+    fn faults_that_are_not_in_sight_are_said() {
+        let mut app = App::new("quit");
+        let mut view = hexapod(64);
+        view.channels[60].fault = view.channels[6].fault;
+        app.update(view);
+        app.selected = 30;
+        for (width, height) in [(40, 15), (80, 24)] {
+            let text = screen(&app, width, height).join("\n");
+            assert!(text.contains("↑✖ middle_left_coxa") && text.contains("✖ 2 faults"), "{text}");
+        }
+        assert!(screen(&app, 80, 24).join("\n").contains("↓✖ wire_60"));
+        // n leads there, and on to the wires that are held back
+        let mut seen = Vec::new();
+        for _ in 0..3 {
+            app.key(KeyEvent::new(KeyCode::Char('n'), KeyModifiers::NONE), 0.0);
+            seen.push(app.selected);
+        }
+        assert_eq!(seen, [60, 6, 11]);
+    }
+
+    #[test]
+    fn the_help_page_can_be_read_to_its_end_on_a_small_screen() {
+        let mut app = app();
+        let mut seen = String::new();
+        for from in 0..60 {
+            app.help = Some(from);
+            seen += &screen(&app, 40, 15).join("\n");
+        }
+        assert!(seen.contains("j k") && seen.contains("--plain"), "{seen}");
     }
 
     #[test]

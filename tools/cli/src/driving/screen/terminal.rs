@@ -14,43 +14,18 @@ use ratatui::crossterm::event::{self, Event, KeyEventKind};
 use ratatui::crossterm::terminal::{EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode};
 use ratatui::crossterm::{Command, QueueableCommand};
 use sinew_demonstrators::Watch;
-use sinew_ipc::Mode;
 use sinew_threads::Thread;
 
 use super::app::{Action, App, Message};
 use super::draw::draw;
+use super::holding::Holding;
 use super::style::Palette;
-use super::view::Row;
 use crate::driving::live::Live;
-use crate::driving::setpoint::Setpoint;
 use crate::failure::{Failure, Outcome};
 use crate::log::{self, Stream};
 
 /// From one picture to the next.
 const FRAME: Duration = Duration::from_millis(50);
-/// Lease of what the screen holds.
-const HOLD: Duration = Duration::from_millis(1500);
-/// From one renewal to the next.
-const RENEW: Duration = Duration::from_millis(400);
-/// A command shows in the published state this much later at most.
-const SHOWS: Duration = Duration::from_millis(20);
-/// An `off` this short lets a channel go: it lapses at once and without fault.
-const RELEASE: Duration = Duration::from_millis(50);
-
-/// A channel this screen holds.
-struct Held {
-    channel: usize,
-    setpoint: Setpoint,
-    since: Instant,
-    /// What the driver published of it once the command was in force. Anything else later is somebody else's command.
-    seen: Option<(Mode, u64)>,
-}
-
-/// What tells one setpoint of a channel from another.
-fn mark(row: &Row) -> (Mode, u64) {
-    (row.state.mode(), row.state.target_m.to_bits())
-}
-
 /// Restores the terminal when it goes out of scope, also by a panic in this thread; messages are kept back until then. ratatui's own way would
 /// let whatever thread panics wait for the terminal.
 struct Restore;
@@ -108,35 +83,21 @@ pub fn show(
     let palette = Palette::from_environment();
     let mut app = App::new(quit_word);
     app.resets_stop = reset_stop.is_some();
-    let mut held: Vec<Held> = Vec::new();
-    let mut renewed = Instant::now();
+    let mut holding = Holding::new();
     let started = Instant::now();
     loop {
         let now_s = started.elapsed().as_secs_f64();
         app.update(live.look());
         app.machine = machine.map(Watch::picture);
         app.forget(now_s);
-        if let Some(view) = &app.view {
-            let mut lost = None;
-            held.retain_mut(|held| {
-                let row = &view.channels[held.channel];
-                let now = mark(row);
-                if held.seen.is_none() && held.since.elapsed() >= SHOWS {
-                    held.seen = Some(now);
-                }
-                let ours = held.seen.is_none_or(|seen| seen == now);
-                if !ours && row.fault.is_none() {
-                    lost = Some(row.name.clone());
-                }
-                ours
-            });
-            if let Some(name) = lost {
-                app.say(Message::Refused(format!("{name}: taken from this screen by another command")), now_s);
-            }
+        if let Some(lost) = app.view.as_ref().and_then(|view| holding.watch(view)) {
+            app.say(Message::Refused(lost), now_s);
         }
-        app.held = held.iter().map(|held| held.channel).collect();
+        app.held = holding.channels();
         // While the terminal has not taken the last picture there is no use in another one.
-        let drawn = !log::is_through() || terminal.draw(|frame| draw(frame, &app, palette)).is_ok();
+        let mut page = app.page;
+        let drawn = !log::is_through() || terminal.draw(|frame| page = draw(frame, &app, palette)).is_ok();
+        app.page = page;
         // a closed terminal ends the screen without an error
         if !drawn || log::is_gone() || over() || live.ended().is_some() || sinew_threads::is_struck() {
             break;
@@ -158,18 +119,11 @@ pub fn show(
             Action::None => {}
             Action::Quit => break,
             Action::Set(channel, setpoint) => {
-                held.retain(|held| held.channel != channel);
-                // off needs no lease
-                let hold = if setpoint == Setpoint::Off { Duration::ZERO } else { HOLD };
-                let answer = live.set(channel, setpoint, hold);
-                if answer.is_ok() {
-                    held.push(Held { channel, setpoint, since: Instant::now(), seen: None });
-                }
+                let answer = holding.set(live, channel, setpoint);
                 say(&mut app, answer, now_s);
             }
             Action::Release(channel) => {
-                held.retain(|held| held.channel != channel);
-                let answer = live.set(channel, Setpoint::Off, RELEASE).map(|_| "let go".into());
+                let answer = holding.release(live, channel);
                 say(&mut app, answer, now_s);
             }
             Action::Reset(channel) => {
@@ -184,27 +138,13 @@ pub fn show(
                 say(&mut app, Ok(done.into()), now_s);
             }
         }
-        if renewed.elapsed() >= RENEW {
-            renewed = Instant::now();
-            held.retain(|held| {
-                // not before its own setpoint has been seen in force: this renewal could be over another's command
-                let quiet = held.setpoint == Setpoint::Off || held.seen.is_none();
-                let answer = if quiet { Ok(String::new()) } else { live.set(held.channel, held.setpoint, HOLD) };
-                let kept = answer.is_ok();
-                if !kept {
-                    say(&mut app, answer, now_s);
-                }
-                kept
-            });
+        if let Some(refused) = holding.renew(live) {
+            app.say(Message::Refused(refused), now_s);
         }
     }
     drop(terminal);
     drop(restore);
-    if live.ended().is_none() {
-        for held in held {
-            let _ = live.set(held.channel, Setpoint::Off, RELEASE);
-        }
-    }
+    holding.finish(live);
     if lost_keys && !keys.join().is_ok_and(|read| read.is_some()) {
         return Err(Failure::own(format!("the thread that {} has died", Thread::Keys.row().does))
             .hint("please report it, with what stands above"));

@@ -1,7 +1,11 @@
 //! The data the screen shows, independent of their source: filled from a client of the driver, or by hand in tests.
 
 use sinew_driver::report::Quantiles;
-use sinew_ipc::{ChannelState, FaultRow};
+use sinew_ipc::{ChannelInfo, ChannelState, Detail, FaultRow, Mode};
+use sinew_physics::formulas::heating_power_w;
+
+/// Share of its limit beyond which the hottest wire's temperature is worth a look.
+pub const NEAR: f64 = 0.9;
 
 /// One look at a driver.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,16 +37,93 @@ pub struct Row {
     pub cold_m: f64,
     /// Length at full stroke, m.
     pub hot_m: f64,
+    /// Highest temperature it may be estimated at, °C.
+    pub limit_c: f64,
     /// All that the driver publishes of it.
     pub state: ChannelState,
     /// The latched fault, if any.
     pub fault: Option<&'static FaultRow>,
     /// What is wrong with the present sample, if anything.
     pub health: Option<&'static str>,
-    /// The budget that holds the duty back, if one does.
-    pub held_by: Option<&'static str>,
-    /// What has been used of its wire's life, where this user has its account.
-    pub life: Option<String>,
+    /// What holds its duty back, if anything does.
+    pub held_by: Option<HeldBack>,
+    /// What its wire's account comes to, where this user has it.
+    pub account: Option<Account>,
+}
+
+/// What an account of a wire comes to, in words: `sinew life` has all of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Account {
+    /// What has been used of its life.
+    pub used: String,
+    /// The electrical energy it has taken in.
+    pub energy: String,
+}
+
+/// What keeps a channel's duty below what is asked of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HeldBack {
+    /// The emergency stop.
+    Stop,
+    /// The heat budget.
+    Heat,
+    /// The temperature budget.
+    Temperature,
+    /// The largest power.
+    Power,
+    /// The limits of the tension.
+    Tension,
+    /// There is no room for heat at all.
+    Cooling,
+    /// The output has not confirmed what it was given.
+    Unconfirmed,
+}
+
+impl HeldBack {
+    /// What holds a channel back in this state.
+    pub fn of(info: &ChannelInfo, state: &ChannelState) -> Option<HeldBack> {
+        let has = |flag: u32| state.flags & flag != 0;
+        if has(ChannelState::FLAG_STOPPED) {
+            return Some(HeldBack::Stop);
+        }
+        // as the driver cuts it: to what the largest power leaves of the on-phase's
+        let most = info.max_power_w / heating_power_w(1.0, state.current_a, state.resistance_ohm);
+        match () {
+            () if has(ChannelState::FLAG_HEAT_BUDGET) => Some(HeldBack::Heat),
+            () if has(ChannelState::FLAG_TEMPERATURE_BUDGET) => Some(HeldBack::Temperature),
+            () if has(ChannelState::FLAG_LIMITED) && state.duty == 0.0 => Some(HeldBack::Cooling),
+            () if has(ChannelState::FLAG_LIMITED) && (state.duty / most - 1.0).abs() < 1e-6 => Some(HeldBack::Power),
+            () if has(ChannelState::FLAG_LIMITED) => Some(HeldBack::Tension),
+            () if has(ChannelState::FLAG_UNCONFIRMED) => Some(HeldBack::Unconfirmed),
+            () => None,
+        }
+    }
+
+    /// In a word.
+    pub fn word(self) -> &'static str {
+        match self {
+            HeldBack::Stop => "stopped",
+            HeldBack::Heat => "heat",
+            HeldBack::Temperature => "temperature",
+            HeldBack::Power => "power",
+            HeldBack::Tension => "tension",
+            HeldBack::Cooling => "cooling",
+            HeldBack::Unconfirmed => "unconfirmed",
+        }
+    }
+
+    /// As the rest of "held back by …".
+    pub fn by(self) -> &'static str {
+        match self {
+            HeldBack::Stop => "the emergency stop",
+            HeldBack::Heat => "its heat budget",
+            HeldBack::Temperature => "its temperature budget",
+            HeldBack::Power => "maximum_power_w",
+            HeldBack::Tension => "the limits of its tension",
+            HeldBack::Cooling => "its heat: not even the sensing pulse has room",
+            HeldBack::Unconfirmed => "its output, which has not confirmed its duty",
+        }
+    }
 }
 
 /// How the loop does, from its own histograms.
@@ -94,6 +175,66 @@ impl Row {
         (pid != 0).then(|| format!("process {pid}{name}, priority {}", self.state.priority))
     }
 
+    /// What is wrong with it, or keeps it back, in words: the cause of every state that is not as it should be.
+    pub fn trouble(&self) -> Option<String> {
+        match (self.fault, self.health, self.held_by) {
+            (Some(fault), _, _) => Some(format!("{}: {}; {}", words(fault.flag), fault.cause, fault.remedy)),
+            (None, Some(health), _) => Some(format!("sample: {health}")),
+            (None, None, Some(held)) => Some(format!("held back by {}", held.by())),
+            (None, None, None) => match self.state.mode() {
+                Mode::Waiting => Some("waits until its sensors have reported".into()),
+                Mode::Lapsed => Some("off: the lease of its setpoint ran out".into()),
+                _ => None,
+            },
+        }
+    }
+
+    /// All that is to be said of it besides: what it is, and the value.
+    pub fn details(&self) -> Vec<(&'static str, String)> {
+        let mut pairs = Vec::new();
+        let (first, rest) = DETAILS.split_at(DETAILS.len() / 2);
+        self.fields(first.iter().copied(), &mut pairs);
+        let lease_s = self.state.lease_s;
+        let setpoint = match lease_s.is_finite() {
+            true => format!("held for {lease_s:.1} s more"),
+            false if self.state.mode() == Mode::Program => "the driver's own".into(),
+            false => "none".into(),
+        };
+        pairs.push(("setpoint", setpoint));
+        if let Some(owner) = self.owner() {
+            pairs.push(("claimed by", owner));
+        }
+        match &self.account {
+            Some(Account { used, energy }) => {
+                pairs.push(("life used", used.clone()));
+                pairs.push(("energy", energy.clone()));
+            }
+            None => pairs.push(("life used", "no account here yet".into())),
+        }
+        let added = ChannelState::FIELDS.iter().map(|field| field.name).filter(|name| !DETAILS.contains(name));
+        self.fields(rest.iter().copied().chain(added), &mut pairs);
+        pairs
+    }
+
+    /// Those of these fields that have their line among the details.
+    fn fields(&self, names: impl Iterator<Item = &'static str>, pairs: &mut Vec<(&'static str, String)>) {
+        for field in names.filter_map(ChannelState::field) {
+            let Some(detail) = field.detail else { continue };
+            let value = in_its_unit(field.of(&self.state), field.unit, &detail);
+            match field.name {
+                "temperature_c" => {
+                    pairs.push((detail.label, value));
+                    pairs.push(("at most", format!("{:.0} °C", self.limit_c)));
+                }
+                "target_m" => {
+                    pairs.push((detail.label, value));
+                    pairs.push(("range", format!("{:.1} … {:.1} mm", self.hot_m * 1e3, self.cold_m * 1e3)));
+                }
+                _ => pairs.push((detail.label, value)),
+            }
+        }
+    }
+
     /// Whether its fault was the first of all that are latched now.
     pub fn is_first(&self) -> bool {
         self.state.flags & ChannelState::FLAG_FIRST != 0
@@ -105,7 +246,38 @@ impl Row {
     }
 }
 
+/// The details' fields in their order: what is asked for most comes first, what is known of the wire's use between the two halves, and a field that
+/// the table adds last.
+const DETAILS: [&str; 7] =
+    ["length_m", "target_m", "temperature_c", "power_w", "velocity_m_s", "resistance_ohm", "martensite"];
+
+/// A flag as a person would write it.
+pub fn words(flag: &str) -> String {
+    flag.replace('_', " ")
+}
+
+/// A value as the details show it: lengths and speeds in mm, a dash where it is not known.
+fn in_its_unit(value: f64, unit: &str, detail: &Detail) -> String {
+    let (factor, unit) = match unit {
+        "m" => (1e3, "mm"),
+        "m/s" => (1e3, "mm/s"),
+        other => (1.0, other),
+    };
+    let decimals = detail.decimals;
+    let text = match value.is_finite() {
+        true => format!("{:.decimals$} {unit}", value * factor).trim_end().to_string(),
+        false => "–".into(),
+    };
+    if detail.is_estimate { format!("{text} (estimated)") } else { text }
+}
+
 impl View {
+    /// The wire that is estimated to be the hottest.
+    pub fn hottest(&self) -> Option<&Row> {
+        let known = self.channels.iter().filter(|row| row.state.temperature_c.is_finite());
+        known.max_by(|a, b| a.state.temperature_c.total_cmp(&b.state.temperature_c))
+    }
+
     /// The fault that was first of several, with its channel: the others may be what came of it.
     pub fn first_of_several(&self) -> Option<(&str, &'static FaultRow)> {
         let several = self.channels.iter().filter(|row| row.fault.is_some()).count() > 1;
@@ -220,6 +392,7 @@ pub mod tests {
                 },
                 cold_m,
                 hot_m,
+                limit_c: 140.0,
                 state: ChannelState {
                     mode: if faulty { Mode::Fault } else { Mode::Program }.code(),
                     measured_length_m: cold_m - share * (cold_m - hot_m),
@@ -237,8 +410,8 @@ pub mod tests {
                 },
                 fault: faulty.then_some(&OPEN),
                 health: (index == 9).then_some("out of range"),
-                held_by: (index == 11).then_some("heat"),
-                life: None,
+                held_by: (index == 11).then_some(HeldBack::Heat),
+                account: None,
             }
         };
         View {
@@ -271,6 +444,36 @@ pub mod tests {
         let line = hexapod(8).plain_line();
         assert_eq!(line.lines().count(), 1);
         assert!(line.contains("cycle 754321") && line.contains("faults middle_left_coxa: open_wire"), "{line}");
+    }
+
+    #[test]
+    fn what_holds_a_channel_back_is_told_by_its_flags_and_its_power() {
+        let info = ChannelInfo { max_power_w: 2.0, ..ChannelInfo::EMPTY };
+        let of = |flags: u32, duty: f64| {
+            let state = ChannelState { flags, duty, current_a: 0.5, resistance_ohm: 10.0, ..ChannelState::UNKNOWN };
+            HeldBack::of(&info, &state)
+        };
+        type C = ChannelState;
+        assert_eq!(of(0, 0.5), None);
+        assert_eq!(of(C::FLAG_SATURATED | C::FLAG_SETTLED | C::FLAG_DARK, 0.0), None, "as the law wants it");
+        assert_eq!(of(C::FLAG_LIMITED | C::FLAG_HEAT_BUDGET, 0.3), Some(HeldBack::Heat));
+        assert_eq!(of(C::FLAG_LIMITED | C::FLAG_TEMPERATURE_BUDGET, 0.3), Some(HeldBack::Temperature));
+        // 2.5 W in the on-phase
+        assert_eq!(of(C::FLAG_LIMITED, 0.8), Some(HeldBack::Power));
+        assert_eq!(of(C::FLAG_LIMITED, 0.4), Some(HeldBack::Tension));
+        assert_eq!(of(C::FLAG_LIMITED | C::FLAG_DARK, 0.0), Some(HeldBack::Cooling));
+        assert_eq!(of(C::FLAG_UNCONFIRMED, 0.4), Some(HeldBack::Unconfirmed));
+        assert_eq!(of(C::FLAG_STOPPED | C::FLAG_LIMITED, 0.0), Some(HeldBack::Stop));
+    }
+
+    #[test]
+    fn the_hottest_is_found_among_those_that_are_known() {
+        let mut view = hexapod(18);
+        view.channels[4].state.temperature_c = f64::NAN;
+        view.channels[5].state.temperature_c = 131.0;
+        assert_eq!(view.hottest().unwrap().name, view.channels[5].name);
+        view.channels.iter_mut().for_each(|row| row.state.temperature_c = f64::NAN);
+        assert_eq!(view.hottest(), None);
     }
 
     #[test]
