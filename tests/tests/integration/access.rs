@@ -209,8 +209,10 @@ fn members_command_readers_look_and_strangers_are_told_why_not() {
     // A member of the group: looks and commands.
     bench.ask(COMMANDER, &["set", "left", "stroke=30%", "--hold", "60"]).expect(0);
     assert_eq!(channels(&bench.status())[0]["mode"], "length");
-    let refused = bench.ask(COMMANDER, &["set", "left", "stroke=130%"]);
-    assert!(refused.stderr.contains("outside"), "judged like everybody's: {refused:?}");
+    let refused = bench.ask(COMMANDER, &["set", "left", "stroke=30mm"]).expect(2);
+    for word in ["left: stroke 30.00 mm is outside 0.00 to ", "the nearest is stroke="] {
+        assert!(refused.stderr.contains(word), "judged and told like everybody's: {refused:?}");
+    }
     bench.ask(COMMANDER, &["set", "left", "off", "right", "stroke=30%"]).expect(0);
     assert_eq!(
         (&channels(&bench.status())[0]["mode"], &channels(&bench.status())[1]["mode"]),

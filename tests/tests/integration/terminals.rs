@@ -243,6 +243,8 @@ fn in_words_a_pipe_commands_and_a_log_has_what_happened_and_when() {
     };
     let mut log = sinew_tests::Process::start(&mut monitor(&["--every", "0.5"]));
     let mut typed = sinew_tests::Process::start_to_be_told(&mut monitor(&[]));
+    // only what changes from then on is told
+    log.wait_for_word("type help");
     typed.wait_for_word("type help");
     typed.tell("set left 50%");
     wait_until("a length", || client.latest().channels()[0].mode() == Mode::Length);

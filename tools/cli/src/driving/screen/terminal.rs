@@ -26,6 +26,7 @@ use crate::log::{self, Stream};
 
 /// From one picture to the next.
 const FRAME: Duration = Duration::from_millis(50);
+
 /// Restores the terminal when it goes out of scope, also by a panic in this thread; messages are kept back until then. ratatui's own way would
 /// let whatever thread panics wait for the terminal.
 struct Restore;
