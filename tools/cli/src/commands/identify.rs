@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use sinew_diagnosis::{FittedParameter, Identified, MeasuredParameter, Stages};
-use sinew_material::{Temperature, Temperatures};
+use sinew_material::{Error, Temperature, Temperatures};
 use sinew_physics::{DriveKind, Load};
 use sinew_recording::Column;
 
@@ -135,9 +135,14 @@ fn named_temperatures(input: &Input, identified: &mut Identified) -> Vec<Tempera
     for stress_pa in stresses_pa {
         match sinew_material::temperatures(&identified.rig, input.channel, &identified.parameters, stress_pa) {
             Ok(temperatures) => found.push(temperatures),
-            Err(error) => identified
-                .warnings
-                .push(format!("no A_s, A_f, M_s and M_f at {:.0} MPa: the fitted model {error}", 1e-6 * stress_pa)),
+            Err(error) => {
+                let why = match error {
+                    Error::Curve(_) => "has curves too gentle for tangents and base lines beside them".to_string(),
+                    error => error.to_string(),
+                };
+                let mpa = 1e-6 * stress_pa;
+                identified.warnings.push(format!("no A_s, A_f, M_s and M_f at {mpa:.0} MPa: the fitted model {why}"));
+            }
         }
     }
     found
