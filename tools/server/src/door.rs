@@ -1,8 +1,8 @@
 //! The door: accepts connections within the limits, and ends those that stall or send too much.
 //!
 //! A connection carries one request, and becomes a live client's or ends in time: neither one that sends nothing nor one that
-//! sends a byte now and then (slowloris) keeps its place. The check is in the connection itself, beneath HTTP, which has no
-//! timeout of its own here; it waits for nobody else.
+//! sends a byte now and then (slowloris) keeps its place. The check is in the connection itself, beneath TLS and HTTP, which have no
+//! timeout of their own here; it waits for nobody else.
 
 use std::io;
 use std::net::SocketAddr;
@@ -18,7 +18,10 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::OwnedSemaphorePermit;
 use tokio::time::{Sleep, sleep};
+use tokio_rustls::TlsAcceptor;
 
+use crate::certificate::Certificate;
+use crate::channel::Channel;
 use crate::limits::Allowance;
 use crate::traffic::{Refusal, Traffic};
 
@@ -27,28 +30,30 @@ pub struct Door {
     listener: TcpListener,
     traffic: Arc<Traffic>,
     pace: Allowance,
+    tls: Option<TlsAcceptor>,
 }
 
 impl Door {
-    /// At this listener.
-    pub fn new(listener: TcpListener, traffic: Arc<Traffic>) -> Door {
+    /// At this listener; with a certificate, for TLS.
+    pub fn new(listener: TcpListener, traffic: Arc<Traffic>, certificate: Option<&Certificate>) -> Door {
         let pace = Allowance::new(traffic.limits().connecting, Instant::now());
-        Door { listener, traffic, pace }
+        Door { listener, traffic, pace, tls: certificate.map(Certificate::acceptor) }
     }
 }
 
 impl Listener for Door {
-    type Io = Connection;
+    type Io = Channel;
     type Addr = SocketAddr;
 
-    async fn accept(&mut self) -> (Connection, SocketAddr) {
+    async fn accept(&mut self) -> (Channel, SocketAddr) {
         loop {
             // what is refused is closed without a word: whoever comes too often is not to cost more than that
             let (stream, address) = Listener::accept(&mut self.listener).await;
             if !self.pace.take(1.0, Instant::now()) {
                 self.traffic.refuse(Refusal::ConnectionsASecond);
             } else if let Some(place) = self.traffic.connect() {
-                return (Connection::new(stream, self.traffic.clone(), place), address);
+                let connection = Connection::new(stream, address, self.traffic.clone(), place);
+                return (Channel::new(connection, self.tls.clone()), address);
             }
         }
     }
@@ -59,17 +64,45 @@ impl Listener for Door {
 }
 
 /// What a connection and those who serve it tell each other.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Line(Arc<Flags>);
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Flags {
+    /// Who is at its other end, and which of our addresses they have reached.
+    ends: Option<(SocketAddr, SocketAddr)>,
+    secure: AtomicBool,
     live: AtomicBool,
     left: AtomicBool,
     refused: AtomicBool,
 }
 
 impl Line {
+    fn of(stream: &TcpStream, peer: SocketAddr) -> Line {
+        let [secure, live, left, refused] = [const { AtomicBool::new(false) }; 4];
+        let ends = stream.local_addr().ok().map(|own| (plain(peer), plain(own)));
+        Line(Arc::new(Flags { ends, secure, live, left, refused }))
+    }
+
+    /// Where it comes from.
+    pub fn peer(&self) -> Option<SocketAddr> {
+        self.0.ends.map(|(peer, _)| peer)
+    }
+
+    /// The address of this machine that was reached.
+    pub fn reached(&self) -> Option<SocketAddr> {
+        self.0.ends.map(|(_, own)| own)
+    }
+
+    pub(crate) fn is_secure(&self) {
+        self.0.secure.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether nobody on the way reads or changes what it carries: it goes through TLS.
+    pub fn is_secured(&self) -> bool {
+        self.0.secure.load(Ordering::Relaxed)
+    }
+
     /// It is a live client's from here on, which may last.
     pub fn is_live(&self) {
         self.0.live.store(true, Ordering::Relaxed);
@@ -88,8 +121,13 @@ impl Line {
 
 impl Connected<IncomingStream<'_, Door>> for Line {
     fn connect_info(incoming: IncomingStream<'_, Door>) -> Line {
-        incoming.io().line.clone()
+        incoming.io().line().clone()
     }
+}
+
+/// As users write it: an address of IPv4 as such, also where it comes in through a socket of IPv6.
+fn plain(address: SocketAddr) -> SocketAddr {
+    SocketAddr::new(address.ip().to_canonical(), address.port())
 }
 
 /// One connection.
@@ -103,10 +141,27 @@ pub struct Connection {
 }
 
 impl Connection {
-    fn new(stream: TcpStream, traffic: Arc<Traffic>, place: OwnedSemaphorePermit) -> Connection {
+    fn new(stream: TcpStream, peer: SocketAddr, traffic: Arc<Traffic>, place: OwnedSemaphorePermit) -> Connection {
         let bytes = Allowance::new(traffic.limits().bytes, Instant::now());
         let deadline = Box::pin(sleep(traffic.limits().request));
-        Connection { stream, traffic, line: Line::default(), bytes, deadline, _place: place }
+        let line = Line::of(&stream, peer);
+        Connection { stream, traffic, line, bytes, deadline, _place: place }
+    }
+
+    pub(crate) fn line(&self) -> &Line {
+        &self.line
+    }
+
+    /// The first byte that comes, which is still there to be read.
+    pub(crate) fn poll_first(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<u8>> {
+        self.is_in_time(cx)?;
+        let mut byte = [0];
+        let mut into = ReadBuf::new(&mut byte);
+        if ready!(self.stream.poll_peek(cx, &mut into))? == 0 {
+            self.line.0.left.store(true, Ordering::Relaxed);
+            return Poll::Ready(Err(io::ErrorKind::UnexpectedEof.into()));
+        }
+        Poll::Ready(Ok(byte[0]))
     }
 
     /// Ends it; counted once, however often it is asked afterwards.
