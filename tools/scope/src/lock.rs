@@ -78,13 +78,13 @@ impl Lock {
     pub fn open(&self, offered: &str, now: Instant) -> Try {
         let mut tried = self.pin.lock().unwrap_or_else(PoisonError::into_inner);
         // not even a right one is looked at in the pause: else a pause would keep nobody from guessing
-        if tried.allowed.wait(1.0, now) > Duration::ZERO {
+        if !tried.allowed.take(1.0, now) {
             return Try::TooSoon;
         }
         if tried.pin.matches(offered) {
+            tried.allowed.put_back(1.0);
             return Try::Right;
         }
-        tried.allowed.take(1.0, now);
         tried.wrong += 1;
         if tried.wrong.is_multiple_of(RENEWED_AFTER)
             // a system that gave random bits before and gives none now: the old one stays, and its bounds

@@ -85,6 +85,11 @@ impl Allowance {
         enough
     }
 
+    /// Puts back what was taken and turned out not to be needed.
+    pub fn put_back(&mut self, amount: f64) {
+        self.left = (self.left + amount).min(self.flow.at_once);
+    }
+
     /// How long it takes until so much of it is there.
     pub fn wait(&self, amount: f64, now: Instant) -> Duration {
         let missing_s =
@@ -104,6 +109,8 @@ mod tests {
         let mut allowance = Allowance::new(Flow { at_once: 3.0, a_second: 10.0 }, start);
         assert_eq!([(); 4].map(|()| allowance.take(1.0, start)), [true, true, true, false]);
         assert!(!allowance.take(1.0, after(90)) && allowance.take(1.0, after(110)), "one in a tenth of a second");
+        allowance.put_back(1.0);
+        assert!(allowance.take(1.0, after(110)) && !allowance.take(0.2, after(110)), "what was put back, and no more");
         assert_eq!(allowance.wait(1.0, after(110)).as_millis(), 90, "what a tenth of a second has brought is spent");
         assert_eq!((allowance.wait(1.0, after(150)).as_millis(), allowance.wait(1.0, after(900)).as_millis()), (50, 0));
         assert!(!allowance.take(3.1, after(60_000)), "a pause saves up no more than the burst");
