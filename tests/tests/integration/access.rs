@@ -548,7 +548,7 @@ fn nothing_is_reachable_from_the_network_unless_asked_for_and_then_where_it_was_
     // which shows nothing in the clear, whatever is asked for
     let port = u16::from_str_radix(&asked_for["tcp 0200007F:".len()..][..4], 16).expect("a port");
     for path in ["/", "/figures", "/live"] {
-        let mut line = TcpStream::connect(([127, 0, 0, 2], port)).expect("it listens");
+        let mut line = TcpStream::connect(("127.0.0.2", port)).expect("it listens");
         write!(line, "GET {path} HTTP/1.1\r\nHost: 127.0.0.2:{port}\r\n\r\n").expect("it takes a request");
         let mut said = String::new();
         line.read_to_string(&mut said).expect("it answers");

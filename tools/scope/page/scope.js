@@ -31,7 +31,7 @@ const page = {
 };
 
 const picture = new Picture($("picture"), $("says"));
-const entry = new Entry($("entry"), connect);
+const door = new Entry($("entry"), connect);
 
 // ——— the line to the server ———
 
@@ -41,7 +41,7 @@ function connect() {
   page.socket = socket;
   socket.onopen = () => {
     const token = location.hash.slice(1);
-    if (entry.needed) send(entry.knock());
+    if (door.needed) send(door.knock());
     else if (token) send({ do: "token", token });
     page.rig = null;
   };
@@ -55,7 +55,7 @@ function connect() {
     state("no scope", "bad");
     card();
     // whoever has no session is asked for the PIN, and connects with it
-    if (entry.asks) return entry.unanswered(reason);
+    if (door.asks) return door.unanswered(reason);
     setTimeout(connect, 1000);
   };
 }
@@ -75,7 +75,7 @@ function ask(what) {
 }
 
 function told(message) {
-  if (message.kind === "entry") entry.answered(message);
+  if (message.kind === "entry") door.answered(message);
   else if (message.kind === "hello") hello(message);
   else if (message.kind === "status") status(message);
   else if (message.kind === "may") { page.may = message.command; $("record").hidden = !page.may; card(); }
@@ -590,7 +590,7 @@ function card() {
   }
   if (!page.may) {
     add("p", !page.rig.commands ? "This scope only watches: it was started with --no-commands."
-      : entry.needed ? "On the network this page only watches: the scope was started without --lan-commands."
+      : door.needed ? "On the network this page only watches: the scope was started without --lan-commands."
       : "This page only watches. To command, open the address that `sinew scope` printed, with its token.", "note");
     return host.replaceChildren(...parts);
   }
@@ -758,5 +758,5 @@ setInterval(() => {
 }, 1000);
 new ResizeObserver(() => { if (page.curves && page.rig) build(); }).observe($("panels"));
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { if (page.curves && page.rig) build(); });
-if (entry.needed && !entry.token) entry.ask(); else connect();
+if (door.needed && !door.token) door.ask(); else connect();
 requestAnimationFrame(frame);

@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 use sinew_ipc::{ALL_CHANNELS, CommandKind};
 use tokio::sync::mpsc::OwnedPermit;
 
-use crate::entrance::Way;
-use crate::shared::Shared;
+use crate::shared::{Shared, Way};
 use sinew_server::Refusal;
 
 /// Longest lease a page may ask for: it renews what it holds several times a second, so a page that is closed, or whose

@@ -8,7 +8,6 @@ use sinew_server::Traffic;
 
 use crate::access::AccessControl;
 use crate::lock::{Lock, Pin};
-use crate::shared::Shared;
 
 /// One of them. Each has places of its own: whoever floods the network's takes none on loopback.
 pub struct Entrance {
@@ -16,13 +15,6 @@ pub struct Entrance {
     pub traffic: Arc<Traffic>,
     /// On the network: what has to be opened first.
     pub lock: Option<Lock>,
-}
-
-/// What is behind an entrance, and the entrance: what all that serves a page needs.
-#[derive(Clone)]
-pub struct Way {
-    pub shared: Arc<Shared>,
-    pub entrance: Arc<Entrance>,
 }
 
 /// What happens on the network that somebody at the terminal wants to know.

@@ -15,11 +15,11 @@ use sinew_server::{Certificate, Figures, Limits, Line, Port, Refusal, Traffic, l
 use sinew_threads::Thread;
 
 use crate::access::{AccessControl, Token, numbered};
-use crate::entrance::{Entrance, Event, Invitation, Way};
+use crate::entrance::{Entrance, Event, Invitation};
 use crate::history::FINEST_HZ;
 use crate::lock::Lock;
 use crate::record::Button;
-use crate::shared::{self, Shared};
+use crate::shared::{self, Shared, Way};
 use crate::stream::{self, Stream};
 use crate::view::{View, json};
 use crate::watch::watch;

@@ -23,10 +23,10 @@ use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval};
 
 use crate::command::{self, Answer, Request};
-use crate::entrance::{Event, Way};
+use crate::entrance::Event;
 use crate::history::Series;
 use crate::lock::{Lock, Try};
-use crate::shared::Shared;
+use crate::shared::{Shared, Way};
 use crate::view::json;
 
 /// Between two frames: sixty a second.

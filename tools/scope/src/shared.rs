@@ -34,6 +34,13 @@ pub struct Shared {
     pub(crate) origin_ns: u64,
 }
 
+/// What is behind an entrance, and the entrance: what all that serves a page needs.
+#[derive(Clone)]
+pub struct Way {
+    pub shared: Arc<Shared>,
+    pub entrance: Arc<Entrance>,
+}
+
 impl Shared {
     /// The driver as it is seen now.
     pub fn view(&self) -> MutexGuard<'_, View> {

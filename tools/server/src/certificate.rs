@@ -1,7 +1,8 @@
 //! The certificate a server shows on the network: self-signed, made once and kept.
 //!
 //! No authority vouches for a machine in a laboratory, so a browser warns, and its user makes an exception for this very
-//! certificate. That is why it is kept: a browser that warns again has met another certificate, and perhaps another server.
+//! certificate. That is why it is kept: one fingerprint is to be compared for years, and a browser that still remembers it and warns has
+//! met another certificate, and perhaps another server.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Write};

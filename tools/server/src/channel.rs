@@ -12,7 +12,7 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio_rustls::server::TlsStream;
 use tokio_rustls::{Accept, TlsAcceptor};
 
-use crate::door::{Connection, Line};
+use crate::connection::{Connection, Line};
 
 /// What TLS begins with: a record of a handshake.
 const HANDSHAKE: u8 = 22;

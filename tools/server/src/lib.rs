@@ -1,7 +1,7 @@
 //! A small server for HTTP and WebSockets, with bounds: what the scope and the bridges share.
 //!
-//! Clients, bytes and rates are bounded (`limits`): connections as they come in, and those that stall or send too much
-//! (`door`). Every refusal is counted (`traffic`). A connection carries one request, or becomes a live client by a
+//! Clients, bytes and rates are bounded (`limits`): connections as they come in (`door`), and those that stall or send too
+//! much (`connection`). Every refusal is counted (`traffic`). A connection carries one request, or becomes a live client by a
 //! WebSocket ([`Line::is_live`], [`Traffic::open_client`], [`receive`], [`send`], [`part`]); what such a client may do is up to whoever serves it.
 //!
 //! On the network a port speaks TLS (`channel`), with a certificate of the user's own that is kept (`certificate`), at the addresses and
@@ -24,6 +24,7 @@
 
 mod certificate;
 mod channel;
+mod connection;
 mod door;
 mod limits;
 mod live;
@@ -32,7 +33,7 @@ mod serve;
 mod traffic;
 
 pub use certificate::Certificate;
-pub use door::Line;
+pub use connection::Line;
 pub use limits::{Allowance, Flow, Limits};
 pub use live::{End, part, receive, send, turn_away};
 pub use machine::{addresses, names};

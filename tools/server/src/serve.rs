@@ -12,7 +12,8 @@ use axum::response::Response;
 use tokio::task::JoinSet;
 
 use crate::certificate::Certificate;
-use crate::door::{Door, Line};
+use crate::connection::Line;
+use crate::door::Door;
 use crate::traffic::Traffic;
 
 /// How soon a server notices that it is to stop.

@@ -72,12 +72,11 @@ fn invite(invitation: &Invitation, args: &args::Scope) -> Outcome {
         output::print(format_args!("{url}\n"))?;
     }
     output::print(format_args!("PIN {pin}\ncertificate {fingerprint}\n"))?;
+    let more = if args.stdin || args.serial.is_some() { "record" } else { "command and record" };
     output::note(match (args.lan_commands, args.no_commands) {
-        (true, _) => "on the network whoever types the PIN may watch, command and record",
-        (false, true) => "on the network whoever types the PIN may watch",
-        (false, false) => {
-            "on the network whoever types the PIN may watch; with --lan-commands, command and record, too"
-        }
+        (true, _) => format!("on the network whoever types the PIN may watch and {more}"),
+        (false, true) => "on the network whoever types the PIN may watch".into(),
+        (false, false) => format!("on the network whoever types the PIN may watch; with --lan-commands, {more}, too"),
     });
     output::note(if *is_new {
         "the certificate is new: browsers warn; compare its SHA-256 fingerprint with the one above, then go on"
