@@ -10,6 +10,8 @@ use serde_json::Value;
 use sinew_tests::{Finished, Process, Resources, Rig, check_report, sinew, wait_for, wait_until};
 use std::collections::HashSet;
 use std::fs::{self, Permissions};
+use std::io::{Read, Write};
+use std::net::TcpStream;
 use std::os::unix::fs::{FileExt, PermissionsExt, chown};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -513,7 +515,7 @@ fn network_of(pid: u32) -> Vec<String> {
 }
 
 #[test]
-fn nothing_is_reachable_from_the_network_unless_asked_for_and_then_from_this_machine_alone() {
+fn nothing_is_reachable_from_the_network_unless_asked_for_and_then_where_it_was_asked_for_alone() {
     let rig = Rig::bench(&["left"], "");
     let (driver, client) = sinew_tests::Driver::ready(&rig);
     let _stream = client.stream().expect("a stream");
@@ -533,6 +535,30 @@ fn nothing_is_reachable_from_the_network_unless_asked_for_and_then_from_this_mac
         assert_eq!(network_of(driver.pid()), Vec::<String>::new(), "the driver itself still has none");
         asked_for.kill();
     }
+    // the scope where it was told to listen, besides, and nowhere else: a socket on loopback and one there
+    let mut on_the_network = Command::new(sinew());
+    on_the_network
+        .args(["scope", "--lan", "127.0.0.2:0", "--rig", &rig.name])
+        .env("SINEW_STATE_DIR", rig.file("state"));
+    let mut on_the_network = Process::start(&mut on_the_network);
+    on_the_network.wait_for_word("certificate ");
+    let mut listening = network_of(on_the_network.pid());
+    listening.sort_unstable();
+    let [own, asked_for] = listening.as_slice() else { panic!("{listening:?}") };
+    assert!(own.starts_with("tcp 0100007F:") && own.ends_with(" 0A"), "{listening:?}");
+    assert!(asked_for.starts_with("tcp 0200007F:") && asked_for.ends_with(" 0A"), "{listening:?}");
+    // which shows nothing in the clear, whatever is asked for
+    let port = u16::from_str_radix(&asked_for["tcp 0200007F:".len()..][..4], 16).expect("a port");
+    for path in ["/", "/figures", "/live"] {
+        let mut line = TcpStream::connect(("127.0.0.2", port)).expect("it listens");
+        write!(line, "GET {path} HTTP/1.1\r\nHost: 127.0.0.2:{port}\r\n\r\n").expect("it takes a request");
+        let mut said = String::new();
+        line.read_to_string(&mut said).expect("it answers");
+        assert!(said.starts_with("HTTP/1.1 307") && said.contains(&format!("https://127.0.0.2:{port}/")), "{said}");
+        assert!(!said.contains(&rig.name) && !said.contains("left"), "{said}");
+    }
+    assert_eq!(network_of(driver.pid()), Vec::<String>::new(), "the driver itself still has none");
+    on_the_network.kill();
     driver.stop();
 }
 

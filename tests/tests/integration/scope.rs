@@ -237,6 +237,143 @@ fn foreign_pages_do_not_come_in() {
     assert!(ended.stderr.contains("2 × a request for another host, 2 × a page of another origin"), "{}", ended.stderr);
 }
 
+/// A scope of this rig that is on what stands for the network, and what its terminal shows.
+fn on_the_network(rig: &Rig, address: &str, more: &[&str]) -> (Process, Shown) {
+    let mut command = Command::new(sinew());
+    command.args(["scope", "--rig", &rig.name, "--lan", address]).args(more);
+    let mut scope = Process::start(command.env("SINEW_STATE_DIR", rig.file("state")));
+    scope.wait_for_word("\ncertificate ");
+    let lines = wait_for("what it shows", || {
+        let shown = scope.stdout();
+        (shown.contains("\ncertificate ") && shown.ends_with('\n'))
+            .then(|| shown.lines().map(str::to_owned).collect::<Vec<_>>())
+    });
+    let after = |word: &str| {
+        lines.iter().find_map(|line| line.strip_prefix(word)).unwrap_or_else(|| panic!("{word}: {lines:?}")).to_owned()
+    };
+    let url = format!("https://{}", after("https://"));
+    (scope, Shown { url, pin: after("PIN "), fingerprint: after("certificate ") })
+}
+
+struct Shown {
+    url: String,
+    pin: String,
+    fingerprint: String,
+}
+
+/// The SHA-256 of the certificate in a file, as browsers write it.
+fn fingerprint(pem: &Path) -> String {
+    use base64::Engine;
+    use sha2::{Digest, Sha256};
+    let text = std::fs::read_to_string(pem).expect("it was written");
+    let body = text.split("-----BEGIN CERTIFICATE-----").nth(1).and_then(|rest| rest.split("-----END").next());
+    let base64: String = body.expect("a certificate").split_whitespace().collect();
+    let der = base64::engine::general_purpose::STANDARD.decode(base64).expect("it is PEM");
+    let pairs: Vec<String> = Sha256::digest(der).iter().map(|byte| format!("{byte:02X}")).collect();
+    pairs.join(":")
+}
+
+/// Types a PIN and sends it.
+fn type_pin(browser: &mut Browser, pin: &str) {
+    browser.wait("!$('entry').hidden && !$('entry').querySelector('button').disabled");
+    browser.eval(&format!("$('pin').value = '{pin}'; $('entry').requestSubmit()"));
+}
+
+#[test]
+fn on_the_network_a_page_shows_nothing_before_the_pin() {
+    let Some(mut browser) = Browser::start(390, 844) else { return };
+    let picture = |browser: &mut Browser, name: &str| {
+        if let Some(folder) = std::env::var_os("SINEW_PICTURES") {
+            std::thread::sleep(Duration::from_millis(300));
+            browser.picture(&PathBuf::from(folder).join(name));
+        }
+    };
+    let rig = Rig::bench(&["left", "right"], "");
+    let (_driver, client) = Driver::ready(&rig);
+    let (scope, shown) = on_the_network(&rig, "127.0.0.2:0", &[]);
+    assert_eq!(shown.fingerprint, fingerprint(&rig.file("state").join("scope.pem")));
+    wait_until("a word of the certificate", || scope.stderr().contains("the certificate is new"));
+
+    // nobody vouches for the certificate, which is what a user makes an exception for
+    browser.call("Security.setIgnoreCertificateErrors", serde_json::json!({ "ignore": true }));
+    browser.open(&shown.url);
+    browser.wait("!$('entry').hidden && document.activeElement.id === 'pin'");
+    assert_eq!(browser.eval("page.rig === null && page.socket === null"), true, "it does not even connect");
+    assert_eq!(browser.eval("getComputedStyle(document.querySelector('main')).display"), "none");
+    picture(&mut browser, "pin.png");
+    let wrong: String = shown.pin.chars().map(|c| if c == '0' { '1' } else { '0' }).collect();
+    type_pin(&mut browser, &wrong);
+    browser.wait("$('entry-words').textContent === 'That is not the PIN.' && page.rig === null");
+    picture(&mut browser, "pin-wrong.png");
+    type_pin(&mut browser, &shown.pin);
+    browser.wait("page.curves && page.curves.length > 200 && page.status?.driver === 'running' && $('entry').hidden");
+    wait_until("who has come", || scope.stderr().contains("127.0.0.1 has come in by the PIN"));
+    assert_eq!(browser.eval("page.may"), false);
+    browser.wait("$('card').textContent.includes('--lan-commands')");
+    let answer = browser.eval("set(0, 'duty', 0.1)");
+    assert!(answer["message"].as_str().is_some_and(|said| said.contains("--lan-commands")), "{answer}");
+    assert_ne!(client.latest().channels()[0].mode(), Mode::Duty);
+    picture(&mut browser, "pin-right.png");
+    // its tab may come again
+    browser.open("about:blank");
+    browser.open(&shown.url);
+    browser.wait("page.curves && page.curves.length > 200 && $('entry').hidden");
+
+    // another scope has another PIN, and the same certificate
+    scope.signal(libc::SIGTERM);
+    let ended = scope.finish().expect(0);
+    assert!(ended.stderr.contains("1 × a wrong PIN"), "{}", ended.stderr);
+    browser.wait("$('driver').textContent === 'no scope'");
+    let address = shown.url.trim_start_matches("https://").trim_end_matches('/');
+    let (scope, again) = on_the_network(&rig, address, &["--lan-commands"]);
+    assert_eq!((&again.url, &again.fingerprint), (&shown.url, &shown.fingerprint));
+    assert_ne!(again.pin, shown.pin);
+    wait_until("a word of the certificate", || {
+        scope.stderr().contains("a browser that knows this certificate does not warn")
+    });
+    browser.wait("!$('entry').hidden && $('entry-words').textContent.includes('started anew')");
+    type_pin(&mut browser, &again.pin);
+    browser.wait("page.may && page.curves.length > 20 && $('entry').hidden && $('hold')");
+    assert_eq!(browser.eval("set(0, 'duty', 0.1)")["ok"], true);
+    wait_until("the setpoint", || client.latest().channels()[0].mode() == Mode::Duty);
+
+    // ten wrong ones: a pause, and another PIN in the terminal
+    browser.eval("sessionStorage.clear()");
+    browser.open("about:blank");
+    browser.open(&again.url);
+    for count in 1..=10 {
+        type_pin(&mut browser, "1");
+        browser.wait(&format!(
+            "$('entry-words').textContent.includes('{}')",
+            if count < 10 { "not the PIN." } else { "another one" }
+        ));
+        browser.eval("$('entry-words').textContent = ''");
+    }
+    browser.wait("/^Watch in [45]. s$/.test($('entry').querySelector('button').textContent)");
+    picture(&mut browser, "pin-pause.png");
+    wait_until("another PIN", || scope.stderr().contains("ten wrong PINs, the last one from 127.0.0.1; the PIN is "));
+    assert!(!scope.stderr().contains(&format!("is {}", again.pin)));
+    scope.signal(libc::SIGTERM);
+    scope.finish().expect(0);
+}
+
+#[test]
+fn what_is_no_address_of_this_machine_is_said() {
+    let rig = Rig::bench(&["wire"], "");
+    let (_driver, _client) = Driver::ready(&rig);
+    let lan = |more: &[&str]| {
+        let mut command = Command::new(sinew());
+        command.args(["scope", "--rig", &rig.name]).args(more).env("SINEW_STATE_DIR", rig.file("state"));
+        Process::start(&mut command).finish()
+    };
+    lan(&["--lan", "bench"]).refused(&["--lan", "192.168.1.20:8751"]);
+    lan(&["--lan", "203.0.113.7:0"]).refused(&["203.0.113.7:0 cannot be had", "--lan ADDRESS:PORT"]);
+    lan(&["--lan-commands"]).refused(&["--lan"]);
+    lan(&["--lan", "--lan-commands", "--no-commands"]).refused(&["--no-commands"]);
+    std::fs::write(rig.file("state"), "no folder").expect("the folder is writable");
+    lan(&["--lan", "127.0.0.2:0"]).refused(&["scope.pem: the certificate: ", "SINEW_STATE_DIR"]);
+}
+
 /// Somebody who prints rows of this function of their number, two hundred a second, until dropped.
 struct Board {
     stop: Arc<AtomicBool>,

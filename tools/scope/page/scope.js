@@ -2,8 +2,8 @@
 // columns are the channels and whose units are the quantities.
 //
 // Curves come over a WebSocket in binary frames (data.js), everything else as JSON: `hello` (the rig), `status` (modes,
-// faults, the loop), `may` (whether this page may command), `answer` (what became of a request) and `picture` (the machine,
-// picture.js). Curves are drawn once a screen frame, from what is there by then.
+// faults, the loop), `may` (whether this page may command), `answer` (what became of a request), `picture` (the machine,
+// picture.js) and `entry` (what became of a PIN, entry.js). Curves are drawn once a screen frame, from what is there by then.
 "use strict";
 
 const $ = (id) => document.getElementById(id);
@@ -31,16 +31,18 @@ const page = {
 };
 
 const picture = new Picture($("picture"), $("says"));
+const door = new Entry($("entry"), connect);
 
 // ——— the line to the server ———
 
 function connect() {
-  const socket = new WebSocket(`ws://${location.host}/live`);
+  const socket = new WebSocket(`${location.protocol.replace("http", "ws")}//${location.host}/live`);
   socket.binaryType = "arraybuffer";
   page.socket = socket;
   socket.onopen = () => {
     const token = location.hash.slice(1);
-    if (token) send({ do: "token", token });
+    if (door.needed) send(door.knock());
+    else if (token) send({ do: "token", token });
     page.rig = null;
   };
   socket.onmessage = ({ data }) => (typeof data === "string" ? told(JSON.parse(data)) : received(data));
@@ -52,6 +54,8 @@ function connect() {
     banner(`${why} This page tries again every second.`);
     state("no scope", "bad");
     card();
+    // whoever has no session is asked for the PIN, and connects with it
+    if (door.asks) return door.unanswered(reason);
     setTimeout(connect, 1000);
   };
 }
@@ -71,7 +75,8 @@ function ask(what) {
 }
 
 function told(message) {
-  if (message.kind === "hello") hello(message);
+  if (message.kind === "entry") door.answered(message);
+  else if (message.kind === "hello") hello(message);
   else if (message.kind === "status") status(message);
   else if (message.kind === "may") { page.may = message.command; $("record").hidden = !page.may; card(); }
   else if (message.kind === "picture") { send({ do: "seen", frame: message.frame }); picture.show(message.picture); }
@@ -584,9 +589,9 @@ function card() {
     fault.append(name, `: ${state.fault.cause}. Remedy: ${state.fault.remedy}.`);
   }
   if (!page.may) {
-    add("p", page.rig.commands
-      ? "This page only watches. To command, open the address that `sinew scope` printed, with its token."
-      : "This scope only watches: it was started with --no-commands.", "note");
+    add("p", !page.rig.commands ? "This scope only watches: it was started with --no-commands."
+      : door.needed ? "On the network this page only watches: the scope was started without --lan-commands."
+      : "This page only watches. To command, open the address that `sinew scope` printed, with its token.", "note");
     return host.replaceChildren(...parts);
   }
   const held = page.held.get(page.selected);
@@ -753,5 +758,5 @@ setInterval(() => {
 }, 1000);
 new ResizeObserver(() => { if (page.curves && page.rig) build(); }).observe($("panels"));
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { if (page.curves && page.rig) build(); });
-connect();
+if (door.needed && !door.token) door.ask(); else connect();
 requestAnimationFrame(frame);

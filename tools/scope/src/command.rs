@@ -1,13 +1,13 @@
 //! What a page may ask of the driver and of the recorder.
 
-use std::sync::{Arc, PoisonError};
+use std::sync::PoisonError;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use sinew_ipc::{ALL_CHANNELS, CommandKind};
 use tokio::sync::mpsc::OwnedPermit;
 
-use crate::shared::Shared;
+use crate::shared::{Shared, Way};
 use sinew_server::Refusal;
 
 /// Longest lease a page may ask for: it renews what it holds several times a second, so a page that is closed, or whose
@@ -57,7 +57,7 @@ impl Answer {
 }
 
 /// Does what was asked for, and puts what became of it into the place kept for it. The driver's answer is waited for elsewhere.
-pub fn ask(shared: &Arc<Shared>, may_command: bool, id: u32, what: Request, place: OwnedPermit<Answer>) {
+pub fn ask(way: &Way, may_command: bool, id: u32, what: Request, place: OwnedPermit<Answer>) {
     let answer = move |done: Result<String, String>| {
         let (ok, message) = match done {
             Ok(message) => (true, message),
@@ -66,15 +66,15 @@ pub fn ask(shared: &Arc<Shared>, may_command: bool, id: u32, what: Request, plac
         place.send(Answer { kind: "answer", id, ok, message });
     };
     if !may_command {
-        shared.traffic.refuse(Refusal::CommandsWithoutToken);
-        let why = if shared.options.commands {
-            "this page may only watch: open the address with the token that `sinew scope` printed"
-        } else {
-            "this scope only watches: it was started with --no-commands"
+        way.entrance.traffic.refuse(Refusal::CommandsWithoutToken);
+        let why = match &way.entrance.lock {
+            _ if !way.shared.options.commands => "this scope only watches: it was started with --no-commands",
+            None => "this page may only watch: open the address with the token that `sinew scope` printed",
+            Some(_) => "pages on the network may only watch: the scope was started without --lan-commands",
         };
         return answer(Err(why.into()));
     }
-    let shared = shared.clone();
+    let shared = way.shared.clone();
     tokio::task::spawn_blocking(move || answer(carry_out(&shared, what)));
 }
 

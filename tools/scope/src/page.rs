@@ -11,11 +11,12 @@ const SCRIPT: &str = "text/javascript; charset=utf-8";
 const STYLE: &str = "text/css; charset=utf-8";
 
 /// All of them.
-pub const FILES: [File; 9] = [
+pub const FILES: [File; 10] = [
     File { path: "/", kind: "text/html; charset=utf-8", text: include_str!("../page/scope.html") },
     File { path: "/scope.js", kind: SCRIPT, text: include_str!("../page/scope.js") },
     File { path: "/data.js", kind: SCRIPT, text: include_str!("../page/data.js") },
     File { path: "/picture.js", kind: SCRIPT, text: include_str!("../page/picture.js") },
+    File { path: "/entry.js", kind: SCRIPT, text: include_str!("../page/entry.js") },
     File { path: "/chart.js", kind: SCRIPT, text: sinew_plot::web::CHART },
     File { path: "/uplot.js", kind: SCRIPT, text: sinew_plot::web::UPLOT },
     File { path: "/uplot.css", kind: STYLE, text: sinew_plot::web::UPLOT_STYLE },

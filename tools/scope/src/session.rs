@@ -7,22 +7,26 @@
 //! Pictures of the machine are numbered and acknowledged with the frames: a page that is slow gets fewer, each as the
 //! machine is by then.
 //!
+//! On the network a page says first what opens the lock: the PIN, or the token it had for it. Until then it is no live page, but a
+//! connection that ends in time like every other, and it is told nothing.
+//!
 //! At most one message waits for a page. One that does not fetch it in time, sends too much, or sends what no page of
 //! ours does, is ended; that is counted.
 
 use std::convert::Infallible;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use axum::extract::ws::{Message, WebSocket};
-use serde::Deserialize;
-use sinew_server::{Allowance, End, Line, Refusal, part, receive, send};
+use axum::extract::ws::{Message, WebSocket, close_code};
+use serde::{Deserialize, Serialize};
+use sinew_server::{Allowance, End, Line, Refusal, part, receive, send, turn_away};
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval};
 
 use crate::command::{self, Answer, Request};
+use crate::entrance::Event;
 use crate::history::Series;
-use crate::shared::Shared;
+use crate::lock::{Lock, Try};
+use crate::shared::{Shared, Way};
 use crate::view::json;
 
 /// Between two frames: sixty a second.
@@ -50,6 +54,30 @@ enum Said {
     Ask { id: u32, what: Request },
 }
 
+/// What a page on the network sends first.
+#[derive(Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+enum Knock {
+    /// The PIN, as its user has typed it.
+    Pin { pin: String },
+    /// What it was given for the PIN, when it connects anew.
+    Token { token: String },
+}
+
+/// What it is told.
+#[derive(Serialize)]
+struct Entry<'a> {
+    kind: &'static str,
+    ok: bool,
+    /// What opens the lock from now on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    token: Option<&'a str>,
+    /// Why not.
+    message: &'a str,
+    /// The next PIN is looked at so much later, s.
+    wait_s: f64,
+}
+
 /// What it shows, and how far it has got.
 #[derive(Default)]
 struct Shown {
@@ -67,16 +95,77 @@ struct Shown {
 }
 
 /// Serves a page until it goes, or does what is refused.
-pub async fn run(mut socket: WebSocket, shared: Arc<Shared>, line: Line) {
-    let Err(end) = serve(&mut socket, &shared, &line).await;
-    part(socket, &shared.traffic, &line, end).await;
+pub async fn run(mut socket: WebSocket, way: Way, line: Line) {
+    let traffic = &way.entrance.traffic;
+    let mut allowed = Allowance::new(traffic.limits().messages, Instant::now());
+    if let Some(lock) = &way.entrance.lock
+        && let Err(end) = enter(&mut socket, &way, lock, &line, &mut allowed).await
+    {
+        return part(socket, traffic, &line, end).await;
+    }
+    let Some(_place) = traffic.open_client() else {
+        // a browser shows no page the answer to a WebSocket's request, but the reason for which it was closed
+        return turn_away(socket, close_code::AGAIN, Refusal::ClientsAtOnce).await;
+    };
+    line.is_live();
+    let Err(end) = serve(&mut socket, &way, &line, allowed).await;
+    part(socket, traffic, &line, end).await;
 }
 
-async fn serve(socket: &mut WebSocket, shared: &Arc<Shared>, line: &Line) -> Result<Infallible, End> {
-    let limits = shared.traffic.limits();
+/// Waits for what opens the lock.
+async fn enter(
+    socket: &mut WebSocket,
+    way: &Way,
+    lock: &Lock,
+    line: &Line,
+    allowed: &mut Allowance,
+) -> Result<(), End> {
+    let limits = way.entrance.traffic.limits();
+    let text = loop {
+        match receive(socket, line, allowed).await? {
+            Message::Text(text) => break text,
+            Message::Binary(_) => return Err(End::Refused(Refusal::OddMessages)),
+            Message::Ping(_) | Message::Pong(_) | Message::Close(_) => {}
+        }
+    };
+    let from = line.peer().map(|peer| peer.ip());
+    let tell = |event: &Event| way.shared.events.as_ref().into_iter().for_each(|events| events(event));
+    let now = Instant::now();
+    let (refusal, message) = match serde_json::from_str(&text) {
+        Ok(Knock::Token { token }) if lock.session().matches(&token) => return Ok(()),
+        Ok(Knock::Token { .. }) => {
+            (Refusal::WrongTokens, "The scope has been started anew: its terminal shows another PIN.")
+        }
+        Ok(Knock::Pin { pin }) => match lock.open(&pin, now) {
+            Try::Right => {
+                tell(&Event::Entered { from });
+                let token = Some(lock.session().as_str());
+                let entry = Entry { kind: "entry", ok: true, token, message: "", wait_s: 0.0 };
+                return send(socket, limits, json(&entry)).await;
+            }
+            Try::Wrong => (Refusal::WrongPins, "That is not the PIN."),
+            Try::Renewed(pin) => {
+                tell(&Event::renewed(&pin, from));
+                (Refusal::WrongPins, "That is not the PIN, and ten were wrong: the terminal shows another one now.")
+            }
+            Try::TooSoon => (Refusal::PinsASecond, "Too many PINs were wrong, here or on another device."),
+        },
+        Err(_) => return Err(End::Refused(Refusal::OddMessages)),
+    };
+    let wait_s = lock.wait(now).as_secs_f64();
+    send(socket, limits, json(&Entry { kind: "entry", ok: false, token: None, message, wait_s })).await?;
+    Err(End::Refused(refusal))
+}
+
+async fn serve(socket: &mut WebSocket, way: &Way, line: &Line, mut allowed: Allowance) -> Result<Infallible, End> {
+    let (shared, traffic) = (&way.shared, &way.entrance.traffic);
+    let limits = traffic.limits();
     let mut may_command = false;
     let mut shown = Shown::default();
-    let mut allowed = Allowance::new(limits.messages, Instant::now());
+    if let Some(lock) = &way.entrance.lock {
+        may_command = shared.options.commands && lock.commands();
+        send(socket, limits, may(may_command)).await?;
+    }
     let (answers, mut answered) = mpsc::channel::<Answer>(limits.unanswered);
     let mut frames = interval(FRAME);
     frames.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -91,34 +180,34 @@ async fn serve(socket: &mut WebSocket, shared: &Arc<Shared>, line: &Line) -> Res
                     Message::Ping(_) | Message::Pong(_) | Message::Close(_) => continue,
                 };
                 match serde_json::from_str(&text) {
-                    Ok(Said::Token { token }) => {
+                    // of loopback alone: on the network the lock says who may command
+                    Ok(Said::Token { token }) if way.entrance.lock.is_none() => {
                         let right = shared.token.matches(&token);
                         if !right {
-                            shared.traffic.refuse(Refusal::WrongTokens);
+                            traffic.refuse(Refusal::WrongTokens);
                         }
                         may_command = shared.options.commands && right;
-                        let may = json(&serde_json::json!({ "kind": "may", "command": may_command }));
-                        send(socket, limits, may).await?;
+                        send(socket, limits, may(may_command)).await?;
                     }
                     Ok(Said::Show { generation, series }) => shown.show(generation, series),
                     Ok(Said::Seen { frame }) => shown.seen = frame,
                     // its answer has a place before it is asked: what waits for a page does not grow
                     Ok(Said::Ask { id, what }) => match answers.clone().try_reserve_owned() {
-                        Ok(place) => command::ask(shared, may_command, id, what, place),
+                        Ok(place) => command::ask(way, may_command, id, what, place),
                         Err(_) => {
-                            shared.traffic.refuse(Refusal::RequestsUnanswered);
+                            traffic.refuse(Refusal::RequestsUnanswered);
                             send(socket, limits, json(&Answer::too_many(id))).await?;
                         }
                     },
                     // a page of another version, or none of ours
-                    Err(_) => return Err(End::Refused(Refusal::OddMessages)),
+                    Ok(Said::Token { .. }) | Err(_) => return Err(End::Refused(Refusal::OddMessages)),
                 }
             }
             Some(answer) = answered.recv() => send(socket, limits, json(&answer)).await?,
             _ = frames.tick() => {
                 // before the curves, which would else leave it no room on a page that is slow
                 let picture = if count.is_multiple_of(PICTURE_EVERY) { shown.picture(shared) } else { None };
-                let (hello, status, frame) = shown.look(shared, count.is_multiple_of(STATUS_EVERY));
+                let (hello, status, frame) = shown.look(shared, count.is_multiple_of(STATUS_EVERY), limits.frame);
                 count = count.wrapping_add(1);
                 for text in [hello, status, picture].into_iter().flatten() {
                     send(socket, limits, text).await?;
@@ -129,6 +218,11 @@ async fn serve(socket: &mut WebSocket, shared: &Arc<Shared>, line: &Line) -> Res
             }
         }
     }
+}
+
+/// Whether a page may command, as it is told.
+fn may(command: bool) -> String {
+    json(&serde_json::json!({ "kind": "may", "command": command }))
 }
 
 impl Shown {
@@ -164,7 +258,12 @@ impl Shown {
     }
 
     /// What there is to say: the driver where it is another, its state if that is due, new curves if the page is ready.
-    fn look(&mut self, shared: &Shared, due: bool) -> (Option<String>, Option<String>, Option<Vec<u8>>) {
+    fn look(
+        &mut self,
+        shared: &Shared,
+        due: bool,
+        longest: usize,
+    ) -> (Option<String>, Option<String>, Option<Vec<u8>>) {
         let view = shared.view();
         let hello = (view.epoch != self.epoch).then(|| view.hello(shared.picture.is_some()));
         self.epoch = view.epoch;
@@ -186,7 +285,7 @@ impl Shown {
             frame.extend_from_slice(&word.to_le_bytes());
         }
         frame.extend_from_slice(&(self.lost as f64).to_le_bytes());
-        let bins = history.write(self.next, &self.series, shared.traffic.limits().frame, &mut frame);
+        let bins = history.write(self.next, &self.series, longest, &mut frame);
         frame[12..16].copy_from_slice(&((bins.end - bins.start) as u32).to_le_bytes());
         frame[20..24].copy_from_slice(&u32::from(bins.end < history.next()).to_le_bytes());
         self.next = bins.end;

@@ -295,7 +295,7 @@ impl<'a> Reading<'a> {
             problem: &self.problem,
             lost: 0,
             recording,
-            traffic: self.shared.traffic.figures(),
+            traffic: self.shared.figures(),
             channels: [],
         });
         self.shared.view().status = status;

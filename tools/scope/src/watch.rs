@@ -85,7 +85,7 @@ pub fn watch(shared: &Shared, mut stream: CycleStream) {
             let mut view = shared.view();
             view.client = None;
             view.history.gap(shared.seconds(sinew_ipc::monotonic_ns()));
-            let traffic = shared.traffic.figures();
+            let traffic = shared.figures();
             view.status = json(&serde_json::json!({ "kind": "status", "driver": "gone", "traffic": traffic }));
         }
         while !stopping() && !sinew_threads::is_struck() {
@@ -185,7 +185,7 @@ fn status(shared: &Shared, client: &Client, stream: &CycleStream, rate: &mut Rat
         lateness_us: Quantiles::of(&stats.lateness),
         cycle_us: Quantiles::of(&stats.cycle_time),
         recording: shared.recorder.lock().unwrap_or_else(PoisonError::into_inner).state(),
-        traffic: shared.traffic.figures(),
+        traffic: shared.figures(),
         channels: states.collect(),
     })
 }

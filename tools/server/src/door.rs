@@ -1,24 +1,18 @@
-//! The door: accepts connections within the limits, and ends those that stall or send too much.
-//!
-//! A connection carries one request, and becomes a live client's or ends in time: neither one that sends nothing nor one that
-//! sends a byte now and then (slowloris) keeps its place. The check is in the connection itself, beneath HTTP, which has no
-//! timeout of its own here; it waits for nobody else.
+//! The door: accepts connections within the limits.
 
 use std::io;
 use std::net::SocketAddr;
-use std::pin::Pin;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::task::{Context, Poll, ready};
 use std::time::Instant;
 
 use axum::extract::connect_info::Connected;
 use axum::serve::{IncomingStream, Listener};
-use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::OwnedSemaphorePermit;
-use tokio::time::{Sleep, sleep};
+use tokio::net::TcpListener;
+use tokio_rustls::TlsAcceptor;
 
+use crate::certificate::Certificate;
+use crate::channel::Channel;
+use crate::connection::{Connection, Line};
 use crate::limits::Allowance;
 use crate::traffic::{Refusal, Traffic};
 
@@ -27,28 +21,30 @@ pub struct Door {
     listener: TcpListener,
     traffic: Arc<Traffic>,
     pace: Allowance,
+    tls: Option<TlsAcceptor>,
 }
 
 impl Door {
-    /// At this listener.
-    pub fn new(listener: TcpListener, traffic: Arc<Traffic>) -> Door {
+    /// At this listener; with a certificate, for TLS.
+    pub fn new(listener: TcpListener, traffic: Arc<Traffic>, certificate: Option<&Certificate>) -> Door {
         let pace = Allowance::new(traffic.limits().connecting, Instant::now());
-        Door { listener, traffic, pace }
+        Door { listener, traffic, pace, tls: certificate.map(Certificate::acceptor) }
     }
 }
 
 impl Listener for Door {
-    type Io = Connection;
+    type Io = Channel;
     type Addr = SocketAddr;
 
-    async fn accept(&mut self) -> (Connection, SocketAddr) {
+    async fn accept(&mut self) -> (Channel, SocketAddr) {
         loop {
             // what is refused is closed without a word: whoever comes too often is not to cost more than that
             let (stream, address) = Listener::accept(&mut self.listener).await;
             if !self.pace.take(1.0, Instant::now()) {
                 self.traffic.refuse(Refusal::ConnectionsASecond);
             } else if let Some(place) = self.traffic.connect() {
-                return (Connection::new(stream, self.traffic.clone(), place), address);
+                let connection = Connection::new(stream, address, self.traffic.clone(), place);
+                return (Channel::new(connection, self.tls.clone()), address);
             }
         }
     }
@@ -58,111 +54,8 @@ impl Listener for Door {
     }
 }
 
-/// What a connection and those who serve it tell each other.
-#[derive(Debug, Clone, Default)]
-pub struct Line(Arc<Flags>);
-
-#[derive(Debug, Default)]
-struct Flags {
-    live: AtomicBool,
-    left: AtomicBool,
-    refused: AtomicBool,
-}
-
-impl Line {
-    /// It is a live client's from here on, which may last.
-    pub fn is_live(&self) {
-        self.0.live.store(true, Ordering::Relaxed);
-    }
-
-    /// What is amiss with it has been counted: nothing that comes on it counts again.
-    pub fn is_refused(&self) {
-        self.0.refused.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether it has ended: the other side closed it, or it was refused and that has been counted.
-    pub fn is_over(&self) -> bool {
-        self.0.left.load(Ordering::Relaxed) || self.0.refused.load(Ordering::Relaxed)
-    }
-}
-
 impl Connected<IncomingStream<'_, Door>> for Line {
     fn connect_info(incoming: IncomingStream<'_, Door>) -> Line {
-        incoming.io().line.clone()
-    }
-}
-
-/// One connection.
-pub struct Connection {
-    stream: TcpStream,
-    traffic: Arc<Traffic>,
-    line: Line,
-    bytes: Allowance,
-    deadline: Pin<Box<Sleep>>,
-    _place: OwnedSemaphorePermit,
-}
-
-impl Connection {
-    fn new(stream: TcpStream, traffic: Arc<Traffic>, place: OwnedSemaphorePermit) -> Connection {
-        let bytes = Allowance::new(traffic.limits().bytes, Instant::now());
-        let deadline = Box::pin(sleep(traffic.limits().request));
-        Connection { stream, traffic, line: Line::default(), bytes, deadline, _place: place }
-    }
-
-    /// Ends it; counted once, however often it is asked afterwards.
-    fn refuse(&self, what: Refusal) -> io::Error {
-        if !self.line.0.refused.swap(true, Ordering::Relaxed) {
-            self.traffic.refuse(what);
-        }
-        io::Error::new(io::ErrorKind::TimedOut, what.words())
-    }
-
-    /// An error once it has lasted too long. Wakes whoever asks when that is so.
-    fn is_in_time(&mut self, cx: &mut Context<'_>) -> io::Result<()> {
-        let late = !self.line.0.live.load(Ordering::Relaxed) && self.deadline.as_mut().poll(cx).is_ready();
-        if late { Err(self.refuse(Refusal::StalledConnections)) } else { Ok(()) }
-    }
-}
-
-impl AsyncRead for Connection {
-    fn poll_read(mut self: Pin<&mut Self>, cx: &mut Context<'_>, into: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
-        self.is_in_time(cx)?;
-        let (before, room) = (into.filled().len(), into.remaining());
-        let read = ready!(Pin::new(&mut self.stream).poll_read(cx, into));
-        let bytes = into.filled().len() - before;
-        if read.is_err() || (bytes == 0 && room > 0) {
-            self.line.0.left.store(true, Ordering::Relaxed);
-        } else if !self.bytes.take(bytes as f64, Instant::now()) {
-            return Poll::Ready(Err(self.refuse(Refusal::BytesASecond)));
-        }
-        Poll::Ready(read)
-    }
-}
-
-impl AsyncWrite for Connection {
-    fn poll_write(mut self: Pin<&mut Self>, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
-        self.is_in_time(cx)?;
-        Pin::new(&mut self.stream).poll_write(cx, bytes)
-    }
-
-    fn poll_write_vectored(
-        mut self: Pin<&mut Self>,
-        cx: &mut Context<'_>,
-        bytes: &[io::IoSlice<'_>],
-    ) -> Poll<io::Result<usize>> {
-        self.is_in_time(cx)?;
-        Pin::new(&mut self.stream).poll_write_vectored(cx, bytes)
-    }
-
-    fn is_write_vectored(&self) -> bool {
-        self.stream.is_write_vectored()
-    }
-
-    fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_flush(cx)
-    }
-
-    fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_shutdown(cx)
+        incoming.io().line().clone()
     }
 }

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 pub struct Limits {
     /// Connections open at once, those of live clients among them.
     pub connections: usize,
-    /// New connections. A page of the scope takes ten: its files and the live one.
+    /// New connections. A page of the scope takes eleven: its files and the live one.
     pub connecting: Flow,
     /// How long a connection that is not live may last, whatever it does meanwhile: its request and the answer.
     pub request: Duration,
@@ -24,6 +24,8 @@ pub struct Limits {
     pub message: usize,
     /// Requests of a page of the scope that it has not had the answer of.
     pub unanswered: usize,
+    /// Wrong PINs of pages of a scope on the network, whoever sends them.
+    pub pins: Flow,
     /// Longest frame of curves to a page of the scope, bytes: what there is beyond comes in the next one.
     pub frame: usize,
     /// How long a live client may take to fetch one message. There is never more than that one waiting for it.
@@ -41,6 +43,7 @@ impl Default for Limits {
             messages: Flow { at_once: 1000.0, a_second: 500.0 },
             message: 64 << 10,
             unanswered: 128,
+            pins: Flow { at_once: 10.0, a_second: 1.0 / 60.0 },
             frame: 8 << 20,
             patience: Duration::from_secs(30),
         }
@@ -81,6 +84,18 @@ impl Allowance {
         }
         enough
     }
+
+    /// Puts back what was taken and turned out not to be needed.
+    pub fn put_back(&mut self, amount: f64) {
+        self.left = (self.left + amount).min(self.flow.at_once);
+    }
+
+    /// How long it takes until so much of it is there.
+    pub fn wait(&self, amount: f64, now: Instant) -> Duration {
+        let missing_s =
+            (amount - self.left) / self.flow.a_second - now.saturating_duration_since(self.at).as_secs_f64();
+        Duration::try_from_secs_f64(missing_s).unwrap_or_default()
+    }
 }
 
 #[cfg(test)]
@@ -94,6 +109,10 @@ mod tests {
         let mut allowance = Allowance::new(Flow { at_once: 3.0, a_second: 10.0 }, start);
         assert_eq!([(); 4].map(|()| allowance.take(1.0, start)), [true, true, true, false]);
         assert!(!allowance.take(1.0, after(90)) && allowance.take(1.0, after(110)), "one in a tenth of a second");
+        allowance.put_back(1.0);
+        assert!(allowance.take(1.0, after(110)) && !allowance.take(0.2, after(110)), "what was put back, and no more");
+        assert_eq!(allowance.wait(1.0, after(110)).as_millis(), 90, "what a tenth of a second has brought is spent");
+        assert_eq!((allowance.wait(1.0, after(150)).as_millis(), allowance.wait(1.0, after(900)).as_millis()), (50, 0));
         assert!(!allowance.take(3.1, after(60_000)), "a pause saves up no more than the burst");
         assert!(allowance.take(3.0, after(60_000)), "what was refused took nothing");
         assert!(!allowance.take(0.5, after(0)), "a moment that is past brings nothing");

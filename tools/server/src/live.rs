@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use tokio::time::timeout;
 
-use crate::door::Line;
+use crate::connection::Line;
 use crate::limits::{Allowance, Limits};
 use crate::traffic::{Refusal, Traffic};
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops::Add;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -27,11 +28,13 @@ pub enum Refusal {
     WrongTokens,
     CommandsWithoutToken,
     RequestsUnanswered,
+    WrongPins,
+    PinsASecond,
 }
 
 impl Refusal {
     /// Each of them, in the order above: its name in figures, and one in words.
-    const ALL: [(Refusal, &str, &str); 13] = [
+    const ALL: [(Refusal, &str, &str); 15] = [
         (Refusal::ConnectionsAtOnce, "connections_at_once", "too many connections are open"),
         (Refusal::ConnectionsASecond, "connections_a_second", "too many connections a second"),
         (Refusal::StalledConnections, "stalled_connections", "a request that took too long"),
@@ -45,6 +48,8 @@ impl Refusal {
         (Refusal::WrongTokens, "wrong_tokens", "a wrong token"),
         (Refusal::CommandsWithoutToken, "commands_without_token", "a command of a page that may only watch"),
         (Refusal::RequestsUnanswered, "requests_unanswered", "too many requests without an answer yet"),
+        (Refusal::WrongPins, "wrong_pins", "a wrong PIN"),
+        (Refusal::PinsASecond, "pins_a_second", "a PIN before the pause after wrong ones was over"),
     ];
 
     /// In words.
@@ -138,6 +143,25 @@ impl Traffic {
     }
 }
 
+/// Those of two ports together.
+impl Add for Figures {
+    type Output = Figures;
+
+    fn add(mut self, other: Figures) -> Figures {
+        for (name, count) in other.refused {
+            *self.refused.entry(name).or_default() += count;
+        }
+        Figures {
+            connections: self.connections + other.connections,
+            connections_open: self.connections_open + other.connections_open,
+            clients: self.clients + other.clients,
+            clients_open: self.clients_open + other.clients_open,
+            refused: self.refused,
+            refused_in_all: self.refused_in_all + other.refused_in_all,
+        }
+    }
+}
+
 /// One line for the end of a run.
 impl fmt::Display for Figures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -169,6 +193,18 @@ mod tests {
             assert!(figures.to_string().contains(&format!("1 × {words}")), "{figures}");
         }
         assert_eq!(traffic.figures().refused.len(), Refusal::ALL.len(), "no two of one name");
+    }
+
+    #[test]
+    fn figures_of_two_ports_add_up() {
+        let [one, other] = [(); 2].map(|()| Traffic::new(Limits::default()));
+        let _places = [one.connect(), other.connect(), other.connect(), other.open_client()];
+        one.refuse(Refusal::ForeignHosts);
+        other.refuse(Refusal::ForeignHosts);
+        other.refuse(Refusal::WrongPins);
+        let both = one.figures() + other.figures();
+        assert_eq!((both.connections, both.connections_open, both.clients, both.clients_open), (3, 3, 1, 1));
+        assert_eq!((both.refused["foreign_hosts"], both.refused["wrong_pins"], both.refused_in_all), (2, 1, 3));
     }
 
     #[test]

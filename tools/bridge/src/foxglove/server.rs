@@ -10,7 +10,7 @@ use axum::extract::{ConnectInfo, State, WebSocketUpgrade};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use sinew_server::{Limits, Line, Refusal, Traffic, listen, serve, turn_away};
+use sinew_server::{Limits, Line, Port, Refusal, Traffic, listen, serve, turn_away};
 use sinew_threads::Thread;
 
 use super::feed::Feed;
@@ -71,7 +71,8 @@ impl Foxglove {
             start.spawn(move || watch(&feed, finder, rate_hz)).map_err(system)?
         };
         let router = Router::new().route("/", get(connected)).with_state(feed.clone());
-        let served = serve(listener, router, feed.traffic.clone(), || stop() || watcher.is_finished());
+        let port = Port { listener, router, traffic: feed.traffic.clone(), certificate: None };
+        let served = serve([port], || stop() || watcher.is_finished());
         feed.stop.store(true, Ordering::Relaxed);
         let is_watched = watcher.join().is_ok_and(|watched| watched.is_some());
         served.map_err(system)?;

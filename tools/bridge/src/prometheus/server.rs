@@ -9,7 +9,7 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use prometheus_client::encoding::{prometheus_text, text};
-use sinew_server::{Limits, Traffic, listen, serve};
+use sinew_server::{Limits, Port, Traffic, listen, serve};
 
 use super::metrics::{Look, registry};
 use crate::finder::Finder;
@@ -62,7 +62,8 @@ impl Prometheus {
     /// [`Error::System`] when there is no event loop to be had.
     pub fn serve(self, stop: impl Fn() -> bool) -> Result<(), Error> {
         let router = Router::new().route("/", get(whereabouts)).route("/metrics", get(metrics)).with_state(self.rig);
-        serve(self.listener, router, self.traffic, stop).map_err(|e| Error::System { reason: e.to_string() })
+        let port = Port { listener: self.listener, router, traffic: self.traffic, certificate: None };
+        serve([port], stop).map_err(|e| Error::System { reason: e.to_string() })
     }
 }
 

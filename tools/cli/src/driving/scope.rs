@@ -1,13 +1,14 @@
 //! `sinew scope`: the running driver, or a stream of numbers, in a browser.
 
 use std::io::IsTerminal;
+use std::net::IpAddr;
 use std::os::fd::AsFd;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use serde_json::json;
 use sinew_demonstrators::{Picture, Shape, Watch};
-use sinew_scope::{Error, Options, Scope, Stream};
+use sinew_scope::{Error, Event, Invitation, Network, Options, Scope, Stream};
 use sinew_serial_backend as serial;
 
 use super::live;
@@ -23,7 +24,9 @@ pub fn scope(args: &args::Scope) -> Outcome {
         return Err(Failure::input(format!("{}: is no folder", args.record_dir.display()))
             .hint(format!("mkdir -p {}", args.record_dir.display())));
     }
-    let options = Options { port: args.port, record_dir: args.record_dir.clone(), commands: !args.no_commands };
+    let network = network(args)?;
+    let options =
+        Options { port: args.port, record_dir: args.record_dir.clone(), commands: !args.no_commands, network };
     let scope = match stream(args)? {
         Some(stream) => Scope::plot(stream.named(&args.names), options),
         None if !args.names.is_empty() => {
@@ -33,7 +36,7 @@ pub fn scope(args: &args::Scope) -> Outcome {
         // the same driver from here on, through its restarts
         None => Scope::open(live::connect(&args.target)?.info().rig.as_str(), options),
     };
-    let scope = scope.map_err(failure)?;
+    let scope = scope.map_err(failure)?.with_events(tell);
     let asked = ending::asked()?;
     log::never_wait()?;
     output::print(format_args!("{}\n", scope.url(!args.no_commands)))?;
@@ -41,17 +44,63 @@ pub fn scope(args: &args::Scope) -> Outcome {
         let only = if args.stdin || args.serial.is_some() { "without the right to record" } else { "to watch only" };
         output::note(format_args!("{only}: {}", scope.url(false)));
     }
+    if let Some(invitation) = scope.invitation() {
+        invite(invitation, args)?;
+    }
     output::note("Ctrl-C ends it");
     let end = args.duration_s.map(|seconds| Instant::now() + Duration::from_secs_f64(seconds));
-    let traffic = scope.traffic();
+    let figures = scope.figures();
     let served = scope.serve(|| asked.load(Ordering::Relaxed) || end.is_some_and(|end| Instant::now() >= end));
-    output::note(traffic.figures());
+    output::note(figures());
     served.map_err(failure)
+}
+
+/// The network it is to be on, if any.
+fn network(args: &args::Scope) -> Result<Option<Network>, Failure> {
+    let Some(listen) = args.lan else { return Ok(None) };
+    let folder = sinew_black_box::state_folder().ok_or_else(|| {
+        Failure::input("--lan: there is no folder to keep the certificate in")
+            .hint("set HOME, or SINEW_STATE_DIR to a folder of yours")
+    })?;
+    Ok(Some(Network { listen, certificate: folder.join("scope.pem"), commands: args.lan_commands }))
+}
+
+/// Says how others on the network come in.
+fn invite(invitation: &Invitation, args: &args::Scope) -> Outcome {
+    let Invitation { urls, pin, fingerprint, is_new } = invitation;
+    for url in urls {
+        output::print(format_args!("{url}\n"))?;
+    }
+    output::print(format_args!("PIN {pin}\ncertificate {fingerprint}\n"))?;
+    let more = if args.stdin || args.serial.is_some() { "record" } else { "command and record" };
+    output::note(match (args.lan_commands, args.no_commands) {
+        (true, _) => format!("on the network whoever types the PIN may watch and {more}"),
+        (false, true) => "on the network whoever types the PIN may watch".into(),
+        (false, false) => format!("on the network whoever types the PIN may watch; with --lan-commands, {more}, too"),
+    });
+    output::note(if *is_new {
+        "the certificate is new: browsers warn; compare its SHA-256 fingerprint with the one above, then go on"
+    } else {
+        "a browser that knows this certificate does not warn; if one does, compare its SHA-256 fingerprint with the one above"
+    });
+    Ok(())
+}
+
+/// What happens on the network, as it happens.
+fn tell(event: &Event) {
+    let place = |from: &Option<IpAddr>| from.map_or("somewhere".into(), |from| from.to_string());
+    match event {
+        Event::Entered { from } => output::note(format_args!("{} has come in by the PIN", place(from))),
+        // whatever else is wanted on stderr: without it nobody comes in any more
+        Event::Renewed { pin, from } => {
+            output::error(format_args!("ten wrong PINs, the last one from {}; the PIN is {pin} now", place(from)));
+        }
+    }
 }
 
 /// The driver of a demonstrator, which runs in this process, with the machine itself.
 pub fn of_demo(rig: &str, machine: Watch, over: &dyn Fn() -> bool) -> Outcome {
-    let options = Options { port: 0, record_dir: ".".into(), commands: true };
+    let options = Options { port: 0, record_dir: ".".into(), commands: true, network: None };
     let scope = Scope::open(rig, options).map_err(failure)?.with_picture(move || picture(&machine.picture()));
     output::print(format_args!("{}\n", scope.url(true)))?;
     output::note("Ctrl-C ends it");
@@ -100,6 +149,12 @@ fn failure(error: Error) -> Failure {
     match error {
         Error::Driver(error) => live::failure(error),
         Error::Port { .. } => Failure::input(&error).hint("choose another with --port, or leave it out for a free one"),
+        Error::Address { .. } => {
+            Failure::input(&error).hint("choose another with --lan ADDRESS:PORT; port 0 is any that is free")
+        }
+        Error::Certificate { .. } => {
+            Failure::input(&error).hint("see to the permissions of its folder, or set SINEW_STATE_DIR to another one")
+        }
         Error::Died(_) => Failure::own(error).hint("start it again, and please report this"),
         Error::Random { .. } | Error::System { .. } => Failure::own(error),
     }

@@ -2,16 +2,23 @@
 //! what they send. No driver is needed: what a page sees of one is put there.
 
 use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::net::{SocketAddr, TcpStream};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use axum::extract::ws::close_code;
+use rustls::pki_types::{CertificateDer, ServerName};
+use rustls::{ClientConfig, ClientConnection, RootCertStore, StreamOwned};
 use serde_json::{Value, json};
-use sinew_server::{Figures, Flow, answer};
+use sinew_server::{Flow, answer};
+use tempfile::TempDir;
 use tokio::sync::oneshot;
+use tokio::task::JoinSet;
 
 use super::*;
 use crate::history::Shape;
+
+mod network;
 
 /// How long a test waits for what has to come.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -22,49 +29,90 @@ const NEVER: f64 = 1e-9;
 struct Server {
     shared: Arc<Shared>,
     port: u16,
+    secured: Option<Secured>,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
+/// Its port on what stands for the network: another address of loopback.
+struct Secured {
+    address: SocketAddr,
+    trusting: Arc<ClientConfig>,
+    events: Arc<Mutex<Vec<String>>>,
+    _folder: TempDir,
+}
+
 impl Server {
     fn new(limits: Limits) -> Server {
+        let (shared, listener) = Server::shared(limits);
+        Server::of(shared, listener, None)
+    }
+
+    /// One that is on the network as well, each way in with these limits.
+    fn on_the_network(limits: Limits, commands: bool) -> Server {
+        let (mut shared, loopback) = Server::shared(limits.clone());
+        let listener = listen(([127, 0, 0, 2], 0).into()).unwrap();
+        let address = listener.local_addr().unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let certificate = Certificate::kept(&folder.path().join("scope.pem"), &[address.ip().to_string()]).unwrap();
+        shared.network = Some(Arc::new(Entrance {
+            access: AccessControl::network(&["bench".into()], address.port()),
+            lock: Some(Lock::new(limits.pins, commands).unwrap()),
+            traffic: Arc::new(Traffic::new(limits)),
+        }));
+        let events = Arc::new(Mutex::new(Vec::new()));
+        let heard = events.clone();
+        shared.events = Some(Box::new(move |event| heard.lock().unwrap().push(format!("{event:?}"))));
+        let trusting = network::trusting(certificate.der());
+        let mut server = Server::of(shared, loopback, Some((listener, certificate)));
+        server.secured = Some(Secured { address, trusting, events, _folder: folder });
+        server
+    }
+
+    fn shared(limits: Limits) -> (Shared, TcpListener) {
         let listener = listen((Ipv4Addr::LOCALHOST, 0).into()).unwrap();
         let port = listener.local_addr().unwrap().port();
-        let options = Options { port, record_dir: ".".into(), commands: true };
+        let options = Options { port, record_dir: ".".into(), commands: true, network: None };
         let mut view = View::of(Shape { channels: 1, quantities: 2, rate_hz: 1000.0, longest_s: 60.0 });
         [view.hello, view.status] = ["hello", "status"].map(|kind| json!({ "kind": kind }).to_string());
         view.epoch = 1;
         let shared = Shared {
             name: "none".into(),
             token: Token::new().unwrap(),
-            access: AccessControl::new(port),
-            traffic: Arc::new(Traffic::new(limits)),
+            loopback: Arc::new(Entrance {
+                access: AccessControl::loopback(port),
+                traffic: Arc::new(Traffic::new(limits)),
+                lock: None,
+            }),
+            network: None,
             stop: AtomicBool::new(false),
             recorder: Mutex::new(Button::of_driver(&options.record_dir, "none")),
             picture: None,
+            events: None,
             view: Mutex::new(view),
             origin_ns: 0,
             options,
         };
-        Server::of(shared, listener)
+        (shared, listener)
     }
 
     /// What this scope shows to its pages.
     fn showing(scope: Scope) -> Server {
-        Server::of(scope.shared, scope.listener)
+        Server::of(scope.shared, scope.listener, None)
     }
 
-    fn of(shared: Shared, listener: TcpListener) -> Server {
+    fn of(shared: Shared, listener: TcpListener, network: Option<(TcpListener, Certificate)>) -> Server {
         let (shared, port) = (Arc::new(shared), listener.local_addr().unwrap().port());
         let (stop, stopped) = oneshot::channel::<()>();
-        let served = shared.clone();
+        let ports = ports(&shared, listener, network);
         let thread = std::thread::spawn(move || {
             let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
             runtime.block_on(async {
-                tokio::select! { served = answer(listener, router(served.clone()), served.traffic.clone()) => served.unwrap(), _ = stopped => {} }
+                let mut answering: JoinSet<_> = ports.into_iter().map(answer).collect();
+                tokio::select! { Some(ended) = answering.join_next() => ended.unwrap().unwrap(), _ = stopped => {} }
             });
         });
-        Server { shared, port, stop: Some(stop), thread: Some(thread) }
+        Server { shared, port, secured: None, stop: Some(stop), thread: Some(thread) }
     }
 
     fn connect(&self) -> TcpStream {
@@ -86,21 +134,7 @@ impl Server {
 
     /// A live page of this origin, and the first line of the answer.
     fn upgrade(&self, origin: &str) -> (Page, String) {
-        let mut line = self.connect();
-        write!(
-            line,
-            "GET /live HTTP/1.1\r\nHost: 127.0.0.1:{}\r\nOrigin: {origin}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
-             Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n",
-            self.port
-        )
-        .unwrap();
-        let mut head = Vec::new();
-        while !head.ends_with(b"\r\n\r\n") {
-            let mut byte = [0];
-            line.read_exact(&mut byte).expect("an answer");
-            head.extend(byte);
-        }
-        (Page(line), String::from_utf8_lossy(&head).lines().next().unwrap_or_default().into())
+        upgrade(self.connect(), &format!("127.0.0.1:{}", self.port), origin)
     }
 
     fn page(&self) -> Page {
@@ -110,7 +144,7 @@ impl Server {
     }
 
     fn figures(&self) -> Figures {
-        self.shared.traffic.figures()
+        self.shared.figures()
     }
 
     fn refused(&self, what: &str) -> u64 {
@@ -142,11 +176,29 @@ impl Drop for Server {
     }
 }
 
+/// Asks for a live page of this host, from one of this origin; and the first line of the answer.
+fn upgrade<S: Read + Write>(mut line: S, host: &str, origin: &str) -> (Page<S>, String) {
+    write!(
+        line,
+        "GET /live HTTP/1.1\r\nHost: {host}\r\nOrigin: {origin}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
+         Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n",
+    )
+    .unwrap();
+    let mut head = Vec::new();
+    while !head.ends_with(b"\r\n\r\n") {
+        let mut byte = [0];
+        line.read_exact(&mut byte).expect("an answer");
+        head.extend(byte);
+    }
+    (Page(line), String::from_utf8_lossy(&head).lines().next().unwrap_or_default().into())
+}
+
 /// All that comes until the connection is closed, in whatever way.
-fn rest(line: &mut TcpStream) -> String {
+fn rest(line: &mut impl Read) -> String {
     let mut said = Vec::new();
     if let Err(error) = line.read_to_end(&mut said) {
-        assert_eq!(error.kind(), std::io::ErrorKind::ConnectionReset, "still open: {error}");
+        let closed = [std::io::ErrorKind::ConnectionReset, std::io::ErrorKind::UnexpectedEof];
+        assert!(closed.contains(&error.kind()), "still open: {error}");
     }
     String::from_utf8_lossy(&said).into_owned()
 }
@@ -158,9 +210,9 @@ const CLOSE: u8 = 8;
 const LAST: u8 = 0x80;
 
 /// The other end of a live page.
-struct Page(TcpStream);
+struct Page<S = TcpStream>(S);
 
-impl Page {
+impl<S: Read + Write> Page<S> {
     /// A frame with this first byte. Its mask is all zeros, which leaves the content as it is.
     fn send(&mut self, first: u8, content: &[u8]) {
         let mut frame = vec![first];
@@ -503,7 +555,7 @@ fn quiet() -> Scope {
     let (line, _) = std::io::pipe().unwrap();
     let scope = Scope::plot(
         Stream::of_pipe("quiet", line.into()),
-        Options { port: 0, record_dir: ".".into(), commands: false },
+        Options { port: 0, record_dir: ".".into(), commands: false, network: None },
     );
     let scope = scope.unwrap();
     scope.shared.view().status = json!({ "kind": "status" }).to_string();
