@@ -119,6 +119,16 @@ pub fn usage(error: &clap::Error) -> ExitCode {
         let _ = error.print();
         return ExitCode::SUCCESS;
     }
+    #[cfg(not(driver))]
+    if let Some(clap::error::ContextValue::String(word)) = error.get(clap::error::ContextKind::InvalidSubcommand)
+        && crate::args::DRIVING.contains(&word.as_str())
+    {
+        self::error(format_args!(
+            "`sinew {word}` drives a rig, or talks to what does: this program was built without that half\nhint: it is \
+             for Linux; there `cargo install --path tools/cli` has it, or a release's package"
+        ));
+        return ExitCode::from(2);
+    }
     // the styled text of clap, but with its last line in the form every hint has here
     let styled = error.render();
     let text = match io::IsTerminal::is_terminal(&io::stderr()) && std::env::var_os("NO_COLOR").is_none() {

@@ -76,6 +76,13 @@ Start here:
 Results go to stdout, everything else to stderr.
 Exit codes: 0 done, 1 own failure, 2 bad input or use (the hint says what to mend), 3 recorded, but cycles were lost.";
 
+/// The commands of the half that drives, for a program without it to say so.
+#[cfg(any(not(driver), test))]
+pub const DRIVING: [&str; 20] = [
+    "run", "status", "monitor", "scope", "bridge", "set", "play", "reset", "stop", "record", "life", "tour", "demo",
+    "replay", "design", "test", "doctor", "bringup", "bench", "thesis",
+];
+
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -366,6 +373,13 @@ fn strokes(text: &str) -> Result<(f64, f64), String> {
 mod tests {
     use super::*;
     use clap::CommandFactory;
+
+    #[test]
+    #[cfg(driver)]
+    fn the_half_that_drives_is_known_where_it_is_left_out() {
+        let half = Driving::augment_subcommands(clap::Command::new("sinew"));
+        assert!(half.get_subcommands().map(clap::Command::get_name).eq(DRIVING));
+    }
 
     #[test]
     fn clap_finds_nothing_wrong_with_it() {
