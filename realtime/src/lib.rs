@@ -18,6 +18,7 @@
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::mem;
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::Serialize;
@@ -216,13 +217,7 @@ pub fn prepare_thread(wish: &Wish, report: &mut RealtimeReport) {
         required: true,
         found: answer(&scheduled),
         cost: "any other process may take the core: wake-ups late by milliseconds when the machine is busy",
-        remedy: remedy(&scheduled, || {
-            format!(
-                "sudo setcap cap_sys_nice,cap_ipc_lock+ep $(command -v sinew)   (or `@realtime - rtprio {}` in \
-                 /etc/security/limits.d/realtime.conf and join that group)",
-                wish.priority
-            )
-        }),
+        remedy: remedy(&scheduled, || may_be_granted(&format!("rtprio {}", wish.priority))),
     });
 
     let slack = set_timer_slack();
@@ -272,6 +267,20 @@ fn remedy<T>(result: &io::Result<T>, text: impl FnOnce() -> String) -> String {
     if result.is_ok() { String::new() } else { text() }
 }
 
+/// What a package sets up for those who may be on time.
+const LIMITS: &str = "/etc/security/limits.d/sinew.conf";
+
+/// How a user is granted this limit: by joining the group that a package has made, or else by hand.
+fn may_be_granted(limit: &str) -> String {
+    if Path::new(LIMITS).exists() {
+        return format!("sudo usermod -aG realtime $USER, and log in anew: {LIMITS} grants it to that group");
+    }
+    format!(
+        "sudo setcap cap_sys_nice,cap_ipc_lock+ep $(command -v sinew)   (or `@realtime - {limit}` in \
+         /etc/security/limits.d/realtime.conf and join that group)"
+    )
+}
+
 fn core_list(cores: &[usize]) -> String {
     cores.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
 }
@@ -299,11 +308,7 @@ fn lock_memory() -> (Row, bool) {
         required: true,
         found: answer(&result),
         cost: "a page may be swapped or reclaimed: one cycle late by milliseconds when memory is short",
-        remedy: remedy(&result, || {
-            "sudo setcap cap_sys_nice,cap_ipc_lock+ep $(command -v sinew)   (or `@realtime - memlock unlimited` in \
-             /etc/security/limits.d/realtime.conf)"
-                .into()
-        }),
+        remedy: remedy(&result, || may_be_granted("memlock unlimited")),
     };
     (row, result.is_ok())
 }

@@ -278,6 +278,29 @@ typedef uint32_t SinewDriverHealth;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
+// What a pair of times says of the device's clock.
+enum SinewClockNews
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // It goes on as before.
+  SINEW_CLOCK_NEWS_NONE = 0,
+  // It shows an earlier time than before: it was reset. All pairs before are forgotten, as with those below.
+  SINEW_CLOCK_NEWS_WENT_BACK = 1,
+  // It was set.
+  SINEW_CLOCK_NEWS_JUMPED = 2,
+  // Its rate changed by more than is assumed of it.
+  SINEW_CLOCK_NEWS_UNSTEADY = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum SinewClockNews SinewClockNews;
+#else
+typedef uint32_t SinewClockNews;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
 // What a channel is doing.
 enum SinewMode
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -422,6 +445,9 @@ typedef uint32_t SinewDriverState;
 
 // A connection to a running driver. Threads may share it.
 typedef struct SinewClient SinewClient;
+
+// The clock of another device beside the driver's, learnt from pairs of times. For one thread at a time.
+typedef struct SinewClockMap SinewClockMap;
 
 // Every cycle from the moment it was opened, in order. For one thread at a time.
 typedef struct SinewCycleStream SinewCycleStream;
@@ -604,6 +630,35 @@ typedef struct {
   uint64_t monotonic_ns;
 } SinewFaultChange;
 
+// What is assumed of another clock; `sinew_clock_rules` has what is usual.
+typedef struct {
+  // What its rate and the driver's are apart by at the most, ppm.
+  double max_rate_ppm;
+  // What that may change by in a second, ppm/s: temperature mostly.
+  double drift_ppm_per_s;
+  // What its stamps are rounded to, ns.
+  uint64_t resolution_ns;
+  // The least that late stamps are ever delayed by, ns. Nothing that only comes late can tell: at 0 all answers are too
+  // late by just that.
+  uint64_t least_delay_ns;
+  // What that is off by, ns.
+  uint64_t least_delay_error_ns;
+  // Late stamps must cover so much time before they say anything, s.
+  double settle_s;
+  // Pairs older than this are forgotten, s.
+  double window_s;
+  // Pairs that are kept at the most.
+  uint32_t pairs;
+} SinewClockRules;
+
+// Whether a device's clock has been set.
+typedef struct {
+  // What has come to pass.
+  SinewClockNews news;
+  // By how much it was set, ns, forward where this is positive; 0 where that is not known.
+  int64_t by_ns;
+} SinewClockChange;
+
 // What the driver refused, and why. What a reason has not is 0 for codes and NaN for numbers.
 typedef struct {
   // The channel's name; "all channels" for commands that name none.
@@ -679,13 +734,6 @@ SinewStatus sinew_rig_text(const SinewClient *client,
                            char *text,
                            size_t room,
                            size_t *needed);
-
-// The clock of all times in messages: CLOCK_MONOTONIC, ns.
-uint64_t sinew_monotonic_ns(void);
-
-// The system's time of a driver's stamp, ns since 1970 (UTC), and what that is off by at the most, ns: by a
-// comparison of the two clocks, made now. A stamp from before the system's clock was set comes out as that is set now.
-SinewStatus sinew_system_time(uint64_t monotonic_ns, int64_t *system_ns, uint64_t *error_ns);
 
 // The latest state: one whole cycle, never parts of two. Does not wait, and goes on giving the last one after the
 // driver's end.
@@ -849,6 +897,69 @@ const char *sinew_fault_remedy(uint32_t fault);
 
 // The name of what a channel is doing, a `SinewMode`; empty for what this version does not know. The text stays.
 const char *sinew_mode_name(uint32_t mode);
+
+// The clock of all times in messages: CLOCK_MONOTONIC, ns.
+uint64_t sinew_monotonic_ns(void);
+
+// The system's time of a driver's stamp, ns since 1970 (UTC), and what that is off by at the most, ns: by a
+// comparison of the two clocks, made now. A stamp from before the system's clock was set comes out as that is set now.
+SinewStatus sinew_system_time(uint64_t monotonic_ns, int64_t *system_ns, uint64_t *error_ns);
+
+// What is usual of another clock: to be changed where more is known, and handed to `sinew_clock_map`.
+SinewStatus sinew_clock_rules(SinewClockRules *rules);
+
+// Opens a map of a device's clock, a data acquisition's or a camera's, that knows nothing yet. `rules` may be null:
+// what is usual. Needs
+// no driver.
+SinewStatus sinew_clock_map(const SinewClockRules *rules,
+                            SinewClockMap **map);
+
+// Adds a time the device showed between two of the driver's: before it was asked and after its answer came. `change`,
+// which may be null,
+// gets whether the device's clock has been set meanwhile.
+SinewStatus sinew_clock_map_bracket(SinewClockMap *map,
+                                    uint64_t before_ns,
+                                    int64_t other_ns,
+                                    uint64_t after_ns,
+                                    SinewClockChange *change);
+
+// Adds two times of one moment, of which the driver's is off by `error_ns` at the most. `change` as above.
+SinewStatus sinew_clock_map_pair(SinewClockMap *map,
+                                 uint64_t driver_ns,
+                                 int64_t other_ns,
+                                 uint64_t error_ns,
+                                 SinewClockChange *change);
+
+// Adds a stamp of the device and when it was received, some unknown time later and never earlier, in the order in which
+// they were received.
+// `change` as above.
+SinewStatus sinew_clock_map_late(SinewClockMap *map,
+                                 uint64_t received_ns,
+                                 int64_t other_ns,
+                                 SinewClockChange *change);
+
+// The driver's time of a time of the device, and what that is off by at the most, ns; `SINEW_NOTHING` where it is not
+// known: before enough
+// pairs, and before the first pair since the device's clock was set.
+SinewStatus sinew_clock_map_driver_at(const SinewClockMap *map,
+                                      int64_t other_ns,
+                                      uint64_t *driver_ns,
+                                      uint64_t *error_ns);
+
+// The device's time of a driver's stamp, as above.
+SinewStatus sinew_clock_map_other_at(const SinewClockMap *map,
+                                     uint64_t driver_ns,
+                                     int64_t *other_ns,
+                                     uint64_t *error_ns);
+
+// What the device's clock runs fast by as of the latest pair, and what that is off by at the most, ppm; `SINEW_NOTHING`
+// where it is not known.
+SinewStatus sinew_clock_map_rate(const SinewClockMap *map,
+                                 double *rate_ppm,
+                                 double *error_ppm);
+
+// Closes a map of a clock. Null is fine.
+SinewStatus sinew_clock_map_close(SinewClockMap *map);
 
 // What went wrong in the call of this thread that failed last, and after a semicolon what to do about it; empty before
 // the first.

@@ -1,6 +1,6 @@
 //! Connect, close, and what does not change while the driver runs.
 
-use crate::border::{Failure, border, calm};
+use crate::border::{Failure, border};
 use crate::handles::Handles;
 use crate::pointers::{Place, Places, patience, text};
 use crate::status::Status;
@@ -166,29 +166,6 @@ pub unsafe extern "C" fn sinew_rig_text(
         count.put(if whole.is_some() { bytes.len() + 1 } else { 0 });
         let shown = bytes.iter().take(room.saturating_sub(1));
         places.put(shown.map(|&byte| byte as c_char).chain([0]));
-        Ok(Status::SINEW_OK)
-    })
-}
-
-/// The clock of all times in messages: CLOCK_MONOTONIC, ns.
-#[unsafe(no_mangle)]
-pub extern "C" fn sinew_monotonic_ns() -> u64 {
-    calm(0, ipc::monotonic_ns)
-}
-
-/// The system's time of a driver's stamp, ns since 1970 (UTC), and what that is off by at the most, ns: by a
-/// comparison of the two clocks, made now. A stamp from before the system's clock was set comes out as that is set now.
-///
-/// # Safety
-/// As `sinew.h` says of pointers.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn sinew_system_time(monotonic_ns: u64, system_ns: *mut i64, error_ns: *mut u64) -> Status {
-    border(|| {
-        // SAFETY: room for a number each.
-        let (time, error) = unsafe { (Place::at(system_ns, "system_ns")?, Place::at(error_ns, "error_ns")?) };
-        let at = ipc::Clocks::now().system(monotonic_ns);
-        time.put(at.ns);
-        error.put(at.error_ns);
         Ok(Status::SINEW_OK)
     })
 }

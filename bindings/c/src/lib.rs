@@ -6,6 +6,7 @@
 //! | `state` | the latest state, the loop's figures, every cycle |
 //! | `command` | setpoints, `off`, `reset`, `stop` |
 //! | `setpoints` | streams of setpoints, which nobody waits for |
+//! | `clocks` | the driver's clock, the system's, a device's |
 //! | `faults` | faults as they come and go, their words |
 //! | `last` | the words of the call that failed last |
 //! | `border` | the one place where panics are held up and errors become codes |
@@ -18,6 +19,8 @@
 #![deny(unsafe_code)]
 
 mod border;
+#[allow(unsafe_code)]
+mod clocks;
 #[allow(unsafe_code)]
 mod command;
 #[allow(unsafe_code)]

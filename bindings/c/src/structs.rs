@@ -1,6 +1,6 @@
 //! Plain data for C: what the client knows, with names that end with a zero byte.
 
-use sinew_ipc::{self as ipc, Fault, Histogram, MAX_RIG_NAME, Reason};
+use sinew_ipc::{self as ipc, Anew, Fault, Histogram, MAX_RIG_NAME, Reason, Update};
 use std::ffi::c_char;
 
 /// Most channels of a rig.
@@ -20,6 +20,9 @@ pub struct FaultWatch(());
 
 /// A stream of setpoints. For one thread at a time.
 pub struct Setpoints(());
+
+/// The clock of another device beside the driver's, learnt from pairs of times. For one thread at a time.
+pub struct ClockMap(());
 
 /// What does not change while the driver runs.
 #[derive(Clone, Copy)]
@@ -195,6 +198,52 @@ pub struct SetpointProgress {
     pub cycle: u64,
 }
 
+/// What is assumed of another clock; `sinew_clock_rules` has what is usual.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct ClockRules {
+    /// What its rate and the driver's are apart by at the most, ppm.
+    pub max_rate_ppm: f64,
+    /// What that may change by in a second, ppm/s: temperature mostly.
+    pub drift_ppm_per_s: f64,
+    /// What its stamps are rounded to, ns.
+    pub resolution_ns: u64,
+    /// The least that late stamps are ever delayed by, ns. Nothing that only comes late can tell: at 0 all answers are too late by just that.
+    pub least_delay_ns: u64,
+    /// What that is off by, ns.
+    pub least_delay_error_ns: u64,
+    /// Late stamps must cover so much time before they say anything, s.
+    pub settle_s: f64,
+    /// Pairs older than this are forgotten, s.
+    pub window_s: f64,
+    /// Pairs that are kept at the most.
+    pub pairs: u32,
+}
+
+/// What a pair of times says of the device's clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum ClockNews {
+    /// It goes on as before.
+    None = 0,
+    /// It shows an earlier time than before: it was reset. All pairs before are forgotten, as with those below.
+    WentBack = 1,
+    /// It was set.
+    Jumped = 2,
+    /// Its rate changed by more than is assumed of it.
+    Unsteady = 3,
+}
+
+/// Whether a device's clock has been set.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct ClockChange {
+    /// What has come to pass.
+    pub news: ClockNews,
+    /// By how much it was set, ns, forward where this is positive; 0 where that is not known.
+    pub by_ns: i64,
+}
+
 /// What the driver refused, and why. What a reason has not is 0 for codes and NaN for numbers.
 #[derive(Clone, Copy)]
 #[repr(C)]
@@ -299,6 +348,69 @@ impl From<&ipc::ChannelInfo> for ChannelInfo {
             max_temperature_c,
             lease_s,
         }
+    }
+}
+
+impl From<ipc::ClockRules> for ClockRules {
+    fn from(rules: ipc::ClockRules) -> ClockRules {
+        // taken apart as a whole, so that none is forgotten
+        let ipc::ClockRules {
+            max_rate_ppm,
+            drift_ppm_per_s,
+            resolution_ns,
+            least_delay_ns,
+            least_delay_error_ns,
+            settle_s,
+            window_s,
+            pairs,
+        } = rules;
+        ClockRules {
+            max_rate_ppm,
+            drift_ppm_per_s,
+            resolution_ns,
+            least_delay_ns,
+            least_delay_error_ns,
+            settle_s,
+            window_s,
+            pairs: pairs.try_into().unwrap_or(u32::MAX),
+        }
+    }
+}
+
+impl From<ClockRules> for ipc::ClockRules {
+    fn from(rules: ClockRules) -> ipc::ClockRules {
+        let ClockRules {
+            max_rate_ppm,
+            drift_ppm_per_s,
+            resolution_ns,
+            least_delay_ns,
+            least_delay_error_ns,
+            settle_s,
+            window_s,
+            pairs,
+        } = rules;
+        ipc::ClockRules {
+            max_rate_ppm,
+            drift_ppm_per_s,
+            resolution_ns,
+            least_delay_ns,
+            least_delay_error_ns,
+            settle_s,
+            window_s,
+            pairs: pairs as usize,
+        }
+    }
+}
+
+impl From<Update> for ClockChange {
+    fn from(update: Update) -> ClockChange {
+        let (news, by_ns) = match update {
+            Update::Kept | Update::Passed => (ClockNews::None, 0),
+            Update::Anew(Anew::WentBack { by_ns }) => (ClockNews::WentBack, 0i64.saturating_sub_unsigned(by_ns)),
+            Update::Anew(Anew::Jumped { by_ns }) => (ClockNews::Jumped, by_ns),
+            Update::Anew(Anew::Unsteady) => (ClockNews::Unsteady, 0),
+        };
+        ClockChange { news, by_ns }
     }
 }
 

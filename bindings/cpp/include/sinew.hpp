@@ -1,6 +1,6 @@
 /*
  * sinew.hpp: the client of a robot program, for C++17. Nothing but a thin layer over sinew.h, whose rules for threads hold here too:
- * a Client may be shared between threads, a CycleStream and a FaultWatch are for one thread at a time.
+ * a Client may be shared between threads, what else there is is for one thread at a time.
  *
  * Handles close themselves, can be moved and not copied. Errors are exceptions whose text ends with what to do about it. Times are
  * std::chrono durations, 0.5s as well as 20ms. Units are SI; what is not known is NaN. docs/bindings.md is the guided tour.
@@ -253,6 +253,75 @@ struct Mapped {
     std::int64_t ns;
     /// What it is off by at the most, ns.
     std::uint64_t error_ns;
+};
+
+/// A time of the driver's, CLOCK_MONOTONIC.
+struct Stamp {
+    /// The time, ns.
+    std::uint64_t ns;
+    /// What it is off by at the most, ns.
+    std::uint64_t error_ns;
+};
+
+/// The clock of another device beside the driver's, a data acquisition's or a camera's, learnt from pairs of times. Needs no driver. For one
+/// thread at a time.
+class ClockMap {
+public:
+    /// What is usual of another clock, to be changed where more is known.
+    static SinewClockRules usual() {
+        SinewClockRules rules;
+        detail::done(sinew_clock_rules(&rules));
+        return rules;
+    }
+
+    explicit ClockMap(const SinewClockRules &rules = usual()) : handle_(opened(rules)) {}
+
+    /// Adds a time the device showed between two of the driver's: before it was asked and after its answer came.
+    SinewClockChange bracket(std::uint64_t before_ns, std::int64_t other_ns, std::uint64_t after_ns) {
+        SinewClockChange change;
+        detail::done(sinew_clock_map_bracket(handle_.get(), before_ns, other_ns, after_ns, &change));
+        return change;
+    }
+    /// Adds two times of one moment, of which the driver's is off by `error_ns` at the most.
+    SinewClockChange pair(std::uint64_t driver_ns, std::int64_t other_ns, std::uint64_t error_ns) {
+        SinewClockChange change;
+        detail::done(sinew_clock_map_pair(handle_.get(), driver_ns, other_ns, error_ns, &change));
+        return change;
+    }
+    /// Adds a stamp of the device and when it was received, never earlier, in the order in which they were.
+    SinewClockChange late(std::uint64_t received_ns, std::int64_t other_ns) {
+        SinewClockChange change;
+        detail::done(sinew_clock_map_late(handle_.get(), received_ns, other_ns, &change));
+        return change;
+    }
+
+    /// The driver's time of a time of the device; nothing where it is not known.
+    std::optional<Stamp> driver_at(std::int64_t other_ns) const {
+        Stamp at{};
+        const bool known = detail::done(sinew_clock_map_driver_at(handle_.get(), other_ns, &at.ns, &at.error_ns));
+        return known ? std::optional(at) : std::nullopt;
+    }
+    /// The device's time of a driver's stamp; nothing where it is not known.
+    std::optional<Mapped> other_at(std::uint64_t driver_ns) const {
+        Mapped at{};
+        const bool known = detail::done(sinew_clock_map_other_at(handle_.get(), driver_ns, &at.ns, &at.error_ns));
+        return known ? std::optional(at) : std::nullopt;
+    }
+    /// What the device's clock runs fast by, and what that is off by at the most, ppm; nothing where it is not known.
+    std::optional<std::pair<double, double>> rate_ppm() const {
+        std::pair<double, double> rate;
+        const bool known = detail::done(sinew_clock_map_rate(handle_.get(), &rate.first, &rate.second));
+        return known ? std::optional(rate) : std::nullopt;
+    }
+
+private:
+    static SinewClockMap *opened(const SinewClockRules &rules) {
+        SinewClockMap *handle = nullptr;
+        detail::done(sinew_clock_map(&rules, &handle));
+        return handle;
+    }
+
+    detail::Owned<SinewClockMap, sinew_clock_map_close> handle_;
 };
 
 /// One change of a channel's fault.

@@ -138,7 +138,7 @@ fn location(diagnosis: &Diagnosis, figures: &Figures) -> Markup {
             h2 { "Where" }
             @if complete {
                 @if diagnosis.remains.looks_like == LooksLike::Noise {
-                    p { "Nowhere: what is left is noise, at all times and under all conditions." }
+                    p { "Nowhere: what is left is noise. Of a map's many cells one or another is dark by chance." }
                 } @else {
                     p { "No mechanism is clearly missing; what is left looks like " (diagnosis.remains.looks_like.says()) "." }
                 }

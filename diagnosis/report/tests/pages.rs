@@ -81,7 +81,7 @@ fn a_null_answer_says_that_nothing_is_missing_and_shows_the_proof() {
     let (diagnosis, figures) = specimen::agrees();
     let page = html(&diagnosis, &figures, &about());
     assert!(page.contains("The simulation agrees with the recording"));
-    assert!(page.contains("Nowhere: what is left is noise"));
+    assert!(page.contains("Nowhere: what is left is noise. Of a map"));
     assert!(page.contains("looks no better than one may where nothing is missing (probability up to 0.43)"));
     assert!(page.contains("nothing: recalibrated only"), "the models that were tried are the proof");
     assert!(!page.contains("stroke=\"#D55E00\" stroke-width"), "there is no before");

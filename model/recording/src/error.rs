@@ -449,7 +449,7 @@ fn give_the_input(input: Column, because: Needed, present: &[String]) -> String 
     let drive = drives.into_iter().find(|kind| present.iter().any(|p| p == drive_column(*kind).name()));
     if let (Needed::Drive(_), Some(kind)) = (because, drive) {
         text += &format!(
-            "; or, if {} is what drove the wire, set [channel.drive] kind = \"{}\"",
+            "; or, if {} is what drove the wire, set kind = \"{}\" in the channel's drive",
             drive_column(kind).name(),
             drive_word(kind)
         );

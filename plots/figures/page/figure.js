@@ -90,9 +90,9 @@ function build() {
       },
     };
     state.chart = Chart.make(section, {
-      width: section.clientWidth, height: over ? 210 : 380, unit: panel.y_unit, xUnit: panel.x_unit, xPrefixed: !over, hands,
+      width: section.clientWidth, height: over ? (panel === timely.at(-1) ? 228 : 210) : 380, unit: panel.y_unit, xUnit: panel.x_unit, xPrefixed: !over, hands,
       logarithmic: panel.logarithmic, both: !over, sync: over ? "time" : undefined,
-      xTitle: over ? undefined : panel.x_title, heading: (text) => { unit.textContent = text; },
+      xTitle: over && panel !== timely.at(-1) ? undefined : panel.x_title, heading: (text) => { unit.textContent = text; },
       paint: (u) => {
         if (over) { u.ctx.drawImage(raster.canvas, u.bbox.left, u.bbox.top); return; }
         const { ctx, bbox } = u;

@@ -60,7 +60,10 @@ const Chart = (() => {
     let last = "";
     const prefix = (u, scale, of) => prefixed(Math.max(Math.abs(u.scales[scale].min), Math.abs(u.scales[scale].max)), of);
     const ticks = (factor, splits, step) => {
-      const decimals = Math.max(0, Math.min(8, Math.ceil(-Math.log10(step / factor) - 1e-6)));
+      // as many as the step has, so that every number shown is the one the line stands at: two for 0.25
+      let decimals = 0;
+      const off = (scaled) => Math.abs(scaled - Math.round(scaled)) > 1e-6 * scaled;
+      while (decimals < 8 && off(step / factor * 10 ** decimals)) decimals++;
       return splits.map((v) => (v === null ? "" : minus((v / factor + 0).toFixed(decimals))));
     };
     const decades = (splits, of) => splits.map((v) => (v === null || Math.abs(v - Math.round(v)) > 1e-6 ? "" : quantity(10 ** v, of, 1)));

@@ -1,8 +1,9 @@
 //! How far long work is: one line on stderr where that is a terminal, and nothing otherwise.
 
+use std::fmt::{self, Write};
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::log;
 
@@ -13,7 +14,7 @@ const DRAWS_PER_S: u8 = 10;
 /// Work that is done sooner shows nothing.
 const SOON: Duration = Duration::from_millis(300);
 /// With a stage that says how far it is, and with one that does not.
-const MEASURED: &str = "{msg} {bar:24} {percent:>3} %, {eta} left";
+const MEASURED: &str = "{msg} {bar:24} {percent:>3} %{left}";
 const UNMEASURED: &str = "{msg} … {elapsed}";
 
 /// A line that is drawn over itself; several threads may tell it.
@@ -67,7 +68,22 @@ fn place(share: f64) -> u64 {
 
 /// A template of ours; the bar's own where it were wrong, which a test excludes.
 fn style(template: &str) -> ProgressStyle {
-    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("█▌ ")
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    style.progress_chars("█▌ ").with_key("left", |state: &ProgressState, line: &mut dyn Write| {
+        // a line that is not written is drawn the next time
+        let _ = left(state.elapsed(), f64::from(state.fraction()), line);
+    })
+}
+
+/// How much longer a stage takes if it goes on as it has on the whole: the library's own estimate goes by the last steps, and says that none
+/// is left where they were large ones.
+fn left(passed: Duration, share: f64, line: &mut dyn Write) -> fmt::Result {
+    let left_s = passed.as_secs_f64() * (1.0 - share) / share;
+    match left_s {
+        s if !s.is_finite() || passed < SOON => Ok(()),
+        s if s < 90.0 => write!(line, ", {:.0} s left", s.ceil()),
+        s => write!(line, ", {:.0} min left", (s / 60.0).ceil()),
+    }
 }
 
 #[cfg(test)]
@@ -77,6 +93,19 @@ mod tests {
     #[test]
     fn a_share_that_is_none_stays_within_the_bar() {
         assert_eq!([0.0, 0.256, 7.0, -1.0, f64::NAN].map(place), [0, 256, WHOLE, 0, 0]);
+    }
+
+    #[test]
+    fn what_is_left_goes_by_all_that_has_passed() {
+        let said = |passed_s, share| {
+            let mut line = String::new();
+            left(Duration::from_secs_f64(passed_s), share, &mut line).unwrap();
+            line
+        };
+        assert_eq!(said(7.0, 0.7), ", 3 s left");
+        assert_eq!(said(60.0, 0.1), ", 9 min left");
+        assert_eq!(said(5.0, 0.999), ", 1 s left", "never none");
+        assert_eq!([said(0.1, 0.5), said(5.0, 0.0)], ["", ""], "too early to tell");
     }
 
     #[test]

@@ -15,6 +15,10 @@ const FIRST_SEED: u64 = 1 << 40;
 const RANDOM_LEVELS: [f64; 2] = [3.0, 10.0];
 /// One in so many random choices hides nothing, and one something outside the catalogue.
 const RANDOM_KINDS: u32 = 6;
+/// An effect that a wire does not show is no riddle: another one is drawn, so many times at the most.
+const DRAWS: u32 = 4;
+/// What it has to leave at the least, of what it is meant to.
+const SHOWN: f64 = 0.5;
 
 /// What is to be concealed.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,8 +64,7 @@ impl Order {
         // another stream than the case's own, which begins at the seed itself
         let mut rng = SmallRng::seed_from_u64(!u64::from(self.seed));
         let level = self.level.unwrap_or_else(|| RANDOM_LEVELS[rng.random_range(0..RANDOM_LEVELS.len())]);
-        let mut any = |all: Vec<&'static str>| all[rng.random_range(0..all.len())];
-        let (an_effect, an_outsider) = (any(effects().collect()), any(outside().collect()));
+        let (an_effect, an_outsider) = (any(effects(), &mut rng), any(outside(), &mut rng));
         let what = match &self.choice {
             Choice::Random => match rng.random_range(0..RANDOM_KINDS) {
                 0 => What::Null(Null::Off),
@@ -72,6 +75,18 @@ impl Order {
             Choice::Effects(ids) => What::Effects(ids.iter().map(ToString::to_string).collect()),
             Choice::Outside(name) => What::Outside(name.to_string()),
         };
+        let is_drawn = matches!((&self.choice, &what), (Choice::Random, What::Effects(_)));
+        let mut case = self.made(what, level);
+        for _ in 1..DRAWS {
+            if !is_drawn || case.answer.level >= SHOWN * level {
+                break;
+            }
+            case = self.made(What::Effects(vec![any(effects(), &mut rng).into()]), level);
+        }
+        case
+    }
+
+    fn made(&self, what: What, level: f64) -> Case {
         case::make(&Spec {
             name: self.name.clone(),
             seed: FIRST_SEED + u64::from(self.seed),
@@ -83,4 +98,10 @@ impl Order {
             both: self.second_recording,
         })
     }
+}
+
+/// One of them.
+fn any(all: impl Iterator<Item = &'static str>, rng: &mut SmallRng) -> &'static str {
+    let all: Vec<&str> = all.collect();
+    all[rng.random_range(0..all.len())]
 }

@@ -465,7 +465,7 @@ impl Guesser<'_> {
                 let other = drives.into_iter().find(|kind| self.chosen(drive_column(*kind)).is_some());
                 if let (true, Some(kind)) = (needed == bench.drive, other) {
                     let (column, word) = (drive_column(kind).name(), drive_word(kind));
-                    doubt += &format!("; if {column} is what drove it, set [channel.drive] kind = \"{word}\"");
+                    doubt += &format!("; if {column} is what drove it, set kind = \"{word}\" in the channel's drive");
                 }
                 self.doubts.push(doubt);
             }

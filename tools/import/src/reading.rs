@@ -186,10 +186,9 @@ fn by_size(reading: &mut Reading, raw: &[f64], most: f64, bench: Option<&Bench>)
             match bench {
                 Some(bench) if moved > 0.0 => {
                     let stroke = 0.03 * bench.length_m;
-                    (
-                        nearest(moved, stroke, &units[..3]),
-                        format!("it moves by {}; {}", figure(moved), expected(stroke, "m")),
-                    )
+                    let unit = nearest(moved, stroke, &units[..3]);
+                    let in_it = unit.map_or(String::new(), |unit| expected(stroke / unit.factor, unit.symbol));
+                    (unit, format!("it moves by {}; {in_it}", figure(moved)))
                 }
                 _ if most < 0.05 => (Some(units[1]), format!("never more than {}", figure(most))),
                 _ if moved > 200.0 => (Some(units[2]), format!("it moves by {}", figure(moved))),

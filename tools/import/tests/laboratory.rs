@@ -209,5 +209,5 @@ fn another_drive_than_the_rig_files_is_proposed() {
     let table = read_bytes(text.as_bytes(), &FileFormat::default()).expect("a table");
     let guess = guess(&table, Some(&Bench::of(&rig.channels[0])), None);
     let said = confirm("lab.csv", &table, &guess);
-    assert!(said.contains("if current_a is what drove it, set [channel.drive] kind = \"current\""), "{said}");
+    assert!(said.contains("if current_a is what drove it, set kind = \"current\" in the channel's drive"), "{said}");
 }

@@ -95,7 +95,7 @@ fn header() -> String {
     let here = sources();
     let messages = here.join("../../../ipc/src/messages");
     let files = ["channel", "cycle", "command"].map(|file| messages.join(file));
-    let own = ["status", "structs", "connection", "state", "command", "setpoints", "faults", "last"]
+    let own = ["status", "structs", "connection", "state", "command", "setpoints", "faults", "clocks", "last"]
         .map(|file| here.join(file));
     let builder = files
         .into_iter()

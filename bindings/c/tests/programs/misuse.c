@@ -44,6 +44,30 @@ static void connecting(void) {
     FAILS(sinew_discover(NULL, 3, &found), SINEW_ERROR_ARGUMENT, "rigs is null");
 }
 
+static void clocks(void) {
+    SinewClockMap *map = (SinewClockMap *)&snapshot;
+    SinewClockRules rules;
+    uint64_t driver_ns = 7, error_ns = 7;
+    FAILS(sinew_clock_rules(NULL), SINEW_ERROR_ARGUMENT, "rules is null");
+    FAILS(sinew_clock_map(odd(&rules), &map), SINEW_ERROR_ARGUMENT, "rules is at an odd address");
+    CHECK(map == NULL);
+    FAILS(sinew_clock_map(NULL, NULL), SINEW_ERROR_ARGUMENT, "map is null");
+    FAILS(sinew_clock_map_bracket(NULL, 1, 2, 3, NULL), SINEW_ERROR_ARGUMENT, "the clock map is null; open a clock map first");
+    FAILS(sinew_clock_map_late((SinewClockMap *)&rules, 1, 2, NULL), SINEW_ERROR_HANDLE, "this is no open clock map");
+    /* What no clock does is taken for the most that is taken, and says nothing that is not so. */
+    CHECK(sinew_clock_rules(&rules) == SINEW_OK);
+    rules.max_rate_ppm = NAN;
+    rules.drift_ppm_per_s = -INFINITY;
+    rules.pairs = UINT32_MAX;
+    CHECK(sinew_clock_map(&rules, &map) == SINEW_OK);
+    CHECK(sinew_clock_map_bracket(map, UINT64_MAX, INT64_MIN, 0, NULL) == SINEW_OK);
+    CHECK(sinew_clock_map_pair(map, 0, INT64_MAX, UINT64_MAX, NULL) == SINEW_OK);
+    FAILS(sinew_clock_map_driver_at(map, 0, NULL, &error_ns), SINEW_ERROR_ARGUMENT, "driver_ns is null");
+    FAILS(sinew_clock_map_driver_at(map, 0, &driver_ns, NULL), SINEW_ERROR_ARGUMENT, "error_ns is null");
+    CHECK(driver_ns == 7 && error_ns == 7 && sinew_clock_map_close(map) == SINEW_OK);
+    FAILS(sinew_clock_map_close(map), SINEW_ERROR_HANDLE, "this is no open clock map");
+}
+
 static void reading(SinewClient *client) {
     size_t found = 0;
     uint32_t number = 77;
@@ -231,6 +255,7 @@ int main(int count, char **arguments) {
     CHECK(count == 2);
     SinewClient *client = NULL;
     connecting();
+    clocks();
     CHECK(sinew_connect(arguments[1], &client) == SINEW_OK);
     reading(client);
     commanding(client);

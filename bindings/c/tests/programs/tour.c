@@ -57,6 +57,35 @@ int main(int count, char **arguments) {
     CHECK(system_ns + (int64_t)error_ns >= (int64_t)earlier.tv_sec * 1000000000 + earlier.tv_nsec);
     CHECK(system_ns - (int64_t)error_ns <= (int64_t)later.tv_sec * 1000000000 + later.tv_nsec);
     CHECK(sinew_system_time(stamp, NULL, &error_ns) == SINEW_ERROR_ARGUMENT);
+
+    /* Another clock, 30 ppm fast, that is asked every second and answers within 40 µs. */
+    SinewClockRules rules;
+    CHECK(sinew_clock_rules(&rules) == SINEW_OK && rules.max_rate_ppm == 200.0 && rules.pairs == 128);
+    rules.max_rate_ppm = 100.0;
+    SinewClockMap *clock = NULL;
+    CHECK(sinew_clock_map(&rules, &clock) == SINEW_OK && clock != NULL);
+    SinewClockChange set = {SINEW_CLOCK_NEWS_UNSTEADY, 1};
+    uint64_t driver_ns = 0;
+    double rate_ppm = 0.0, rate_error_ppm = 0.0;
+    CHECK(sinew_clock_map_driver_at(clock, 0, &driver_ns, &error_ns) == SINEW_NOTHING);
+    for (uint64_t second = 1; second <= 20; second++) {
+        const int64_t shown = (int64_t)(second * 1000030000);
+        CHECK(sinew_clock_map_bracket(clock, second * 1000000000 - 20000, shown, second * 1000000000 + 20000, &set) == SINEW_OK);
+        CHECK(set.news == SINEW_CLOCK_NEWS_NONE && set.by_ns == 0);
+    }
+    CHECK(sinew_clock_map_driver_at(clock, 10000300000, &driver_ns, &error_ns) == SINEW_OK && error_ns < 40000);
+    CHECK(driver_ns + error_ns >= 10000000000 && driver_ns <= 10000000000 + error_ns);
+    int64_t other_ns = 0;
+    CHECK(sinew_clock_map_other_at(clock, 10000000000, &other_ns, &error_ns) == SINEW_OK);
+    CHECK(other_ns + (int64_t)error_ns >= 10000300000 && other_ns - (int64_t)error_ns <= 10000300000);
+    CHECK(sinew_clock_map_rate(clock, &rate_ppm, &rate_error_ppm) == SINEW_OK && fabs(rate_ppm - 30.0) <= rate_error_ppm);
+    CHECK(sinew_clock_map_pair(clock, 21000000000, 21000630000, 1000, NULL) == SINEW_OK);
+    CHECK(sinew_clock_map_late(clock, 22000000000, 5, &set) == SINEW_OK);
+    CHECK(set.news == SINEW_CLOCK_NEWS_WENT_BACK && set.by_ns == 5 - 21000630000);
+    CHECK(sinew_clock_map_close(clock) == SINEW_OK && sinew_clock_map_close(NULL) == SINEW_OK);
+    CHECK(sinew_clock_map_rate(clock, &rate_ppm, &rate_error_ppm) == SINEW_ERROR_HANDLE);
+    CHECK(sinew_clock_map(NULL, &clock) == SINEW_OK && sinew_clock_map_close(clock) == SINEW_OK);
+
     channels[1].lease_s = -1.0;
     CHECK(sinew_channels(client, channels, 1, &found) == SINEW_OK && found == 2 && channels[1].lease_s == -1.0);
     CHECK(sinew_channels(client, channels, SINEW_MAX_CHANNELS, &found) == SINEW_OK && found == 2);

@@ -54,6 +54,18 @@ int main(int count, char **arguments) {
     const auto now = sinew::Client::system_time(sinew_monotonic_ns());
     const auto since = std::chrono::system_clock::now().time_since_epoch();
     CHECK(std::chrono::duration_cast<std::chrono::seconds>(since - std::chrono::nanoseconds(now.ns)).count() == 0 && now.error_ns > 0);
+    sinew::ClockMap camera;
+    CHECK(sinew::ClockMap::usual().pairs == 128 && !camera.driver_at(0) && !camera.rate_ppm());
+    CHECK(camera.bracket(1000000000, 5000, 1000040000).news == SINEW_CLOCK_NEWS_NONE);
+    CHECK(camera.pair(2000000000, 1000005000, 40000).news == SINEW_CLOCK_NEWS_NONE);
+    const auto when = camera.driver_at(500005000);
+    CHECK(when && when->ns + when->error_ns >= 1500000000 && when->ns <= 1500000000 + when->error_ns && when->error_ns < 300000);
+    CHECK(camera.other_at(when->ns) && std::abs(camera.rate_ppm()->first) <= 200.0);
+    CHECK(camera.late(3000000000, 7).news == SINEW_CLOCK_NEWS_WENT_BACK);
+    auto fast = sinew::ClockMap::usual();
+    fast.max_rate_ppm = 500.0;
+    const sinew::ClockMap slewed(fast), moved = std::move(camera);
+    CHECK(!slewed.other_at(1));
     const auto rigs = sinew::Client::discover();
     CHECK(std::find(rigs.begin(), rigs.end(), rig) != rigs.end());
     auto first = sinew::Client::connect(rig);

@@ -50,7 +50,9 @@ pub fn plot(args: &args::Plot) -> Outcome {
         gather(&sources, &order, &mut |done, total| progress.count("reading", done, total)).map_err(failure)?;
     progress.clear();
     figure.notes.iter().for_each(output::note);
-    write(&figure, &args.output)
+    write(&figure, &args.output)?;
+    let how = if form == Form::Html { ", for a browser" } else { "" };
+    output::print(format_args!("{}: written{how}\n", args.output.display()))
 }
 
 /// Writes a figure in the form that its name asks for.

@@ -56,6 +56,10 @@ impl Setpoint {
         if text == "off" {
             return Ok(Setpoint::Off);
         }
+        if text == "program" {
+            let back = "a wire goes back to its program by itself when a setpoint's lease ends: `stroke=0% --hold 1`";
+            return fail("`program` is not a setpoint".into(), back.into());
+        }
         let Some((name, value)) = text.split_once('=') else {
             return fail(format!("`{text}` is not a setpoint"), FORMS.into());
         };

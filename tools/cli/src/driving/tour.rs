@@ -76,6 +76,7 @@ impl Guide {
     }
 
     fn show(&mut self, args: &args::Tour) -> Outcome {
+        output::print("A tour in three parts: a wire moves, a program dies, physics is missing.\n")?;
         self.a_wire_moves()?;
         self.a_program_dies()?;
         self.physics_is_missing(args)
@@ -103,14 +104,11 @@ impl Guide {
         self.tell(
             "2 · A program dies",
             "That setpoint was a lease of four seconds, and nobody has renewed it: to the driver, its program has died. A robot program that \
-             crashes leaves no wire hot.",
+             crashes heats no wire any longer. This wire goes back to what its rig file asks for meanwhile, a few steps up and down:",
         )?;
         self.pause(3.0)?;
         self.run(&["status"])?;
-        self.tell(
-            "",
-            "It has gone back to what its rig file asks for (a few steps up and down). This ends it, outputs first:",
-        )?;
+        self.tell("", "`program`, it says now. This ends the driver, outputs first:")?;
         self.run(&["stop"])?;
         self.driver_ends()
     }
