@@ -3,6 +3,7 @@
 #[path = "../../examples/common/budget.rs"]
 #[allow(dead_code, reason = "the example prints what is not judged here")]
 mod budget;
+mod netlist;
 
 use budget::{CANDIDATES, RATE_HZ, SENSING_DUTY, WANTED_M, current_a, rows, shunt_noise_v, sigma_m, total_v};
 use sinew_front_end_board::{LEAD_NS, MIN_ON_NS, SHUNT_OHM, pins};
