@@ -150,6 +150,16 @@ impl Reach {
         self.hot_pa.max(self.cold_pa) * self.model.geometry.area_m2()
     }
 
+    /// What its load pulls with at rest while the wire is cold, in N; 0 where it has gone slack before.
+    pub(crate) fn cold_pull_n(&self) -> f64 {
+        self.cold_pa.max(0.0) * self.model.geometry.area_m2()
+    }
+
+    /// How much longer than hot and unloaded the wire is once its load has stretched it as far as its martensite goes, in m.
+    pub(crate) fn stretched_m(&self) -> f64 {
+        self.model.material.transformation_strain * self.model.geometry.length_m
+    }
+
     /// Where half of the hot wire has shortened, in °C, and the power that holds it there, in W.
     pub(crate) fn shortened_c(&self) -> f64 {
         self.stressed_c

@@ -32,7 +32,12 @@ impl Rig {
     pub fn doubts(&self) -> Vec<Doubt> {
         let of = |(index, channel): (usize, &Channel)| {
             let reach = Reach::of(channel, self.joint_of(index).map(|(joint, _)| joint));
-            let says = [pulls_too_much(channel, &reach), senses_too_hot(channel, &reach), stays_cold(channel, &reach)];
+            let says = [
+                pulls_too_much(channel, &reach),
+                goes_slack(channel, &reach),
+                senses_too_hot(channel, &reach),
+                stays_cold(channel, &reach),
+            ];
             let doubt = |(key, says)| {
                 let line = line_of(&self.source, Some(index), key);
                 Doubt { line, channel: channel.name.clone(), key, says }
@@ -62,6 +67,22 @@ fn pulls_too_much(channel: &Channel, reach: &Reach) -> Option<(&'static str, Str
     };
     let key = if spring_n_per_m > 0.0 { "load.spring_n_per_m" } else { "load.mass_kg" };
     (pull_n > WORTH_A_WORD * most_n).then(|| (key, says()))
+}
+
+/// The spring is relaxed before the cold wire is as long as its martensite goes: from there on it hangs, and does not move what it should.
+fn goes_slack(channel: &Channel, reach: &Reach) -> Option<(&'static str, String)> {
+    let Load::SpringMassDamper { spring_n_per_m, preload_n, .. } = channel.model.load else { return None };
+    let needed_n = spring_n_per_m * reach.stretched_m();
+    (spring_n_per_m > 0.0 && reach.cold_pull_n() == 0.0).then(|| {
+        let says = format!(
+            "the spring pulls with {} N where the wire is short and loses {} N until the cold wire is as long as it gets: it relaxes before, and the              wire hangs slack; take a preload of {} N or more, or a softer spring",
+            short(preload_n),
+            short(needed_n),
+            // a third more than what just stretches it
+            short(4.0 / 3.0 * needed_n)
+        );
+        ("load.preload_n", says)
+    })
 }
 
 /// The sensing pulse alone holds the wire where it has not become martensite yet: it never lengthens.
@@ -137,6 +158,20 @@ mod tests {
         assert_eq!(of(&wire(7.0, 5.0)), [("load.mass_kg", 8)]);
         assert_eq!(of(&wire(80.0, 0.3)), [("drive.supply_v", 7)]);
         assert_eq!(of(&wire(0.5, 0.3)), [("drive.supply_v", 7)]);
+    }
+
+    #[test]
+    fn a_spring_that_relaxes_before_the_wire_is_long_is_doubted_and_its_remedy_is_one() {
+        let rig = |preload_n: f64| {
+            let load = format!("load = {{ mass_kg = 0.05, spring_n_per_m = 100.0, preload_n = {preload_n:?} }}");
+            wire(6.0, 0.3).replace("load = { mass_kg = 0.3 }", &load)
+        };
+        let doubts = Rig::parse(&rig(0.5), "bench.toml").expect("a rig file").doubts();
+        let [doubt] = doubts.as_slice() else { panic!("{doubts:?}") };
+        assert_eq!((doubt.key, doubt.line), ("load.preload_n", 8));
+        let (_, after) = doubt.says.split_once("a preload of ").expect("one is advised");
+        let advised: f64 = after.split(' ').next().and_then(|word| word.parse().ok()).expect("a number");
+        assert_eq!(of(&rig(advised)), [], "{}", doubt.says);
     }
 
     /// The remedy that is named is one.
