@@ -1,5 +1,7 @@
 //! What a machine looks like, for whoever draws it: straight lines and discs, in metres.
 
+mod hexapod;
+
 use sinew_rig::Demonstrator;
 
 use crate::arm::{Links, Tip};
@@ -75,6 +77,7 @@ pub(crate) struct Drawn {
     lever_m: f64,
     half_beam_m: f64,
     links: Links,
+    walking: hexapod::Drawn,
 }
 
 /// Radius of a ball in a picture, share of half the beam.
@@ -83,7 +86,7 @@ const BALL: f64 = 0.05;
 impl Drawn {
     pub fn of(declared: &Demonstrator) -> Drawn {
         let Demonstrator { lever_m, half_beam_m, .. } = *declared;
-        Drawn { lever_m, half_beam_m, links: Links::of(declared) }
+        Drawn { lever_m, half_beam_m, links: Links::of(declared), walking: hexapod::Drawn::of(declared) }
     }
 
     /// The picture of a pose, in this draught.
@@ -92,6 +95,7 @@ impl Drawn {
             Pose::Beam { angle_rad, ball_m } => self.beam(angle_rad, ball_m),
             Pose::Servo { angle_rad, asked_rad } => self.servo(angle_rad, asked_rad),
             Pose::Arm { angles_rad, target_m } => self.arm(angles_rad, target_m),
+            Pose::Hexapod(ref stance) => self.walking.draw(stance),
         };
         if draught > 0.0 {
             picture.says += &format!(", draught {:+.0} %", draught * 100.0);
