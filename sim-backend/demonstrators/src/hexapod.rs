@@ -5,7 +5,7 @@
 //! ```
 //!
 //! with the ground's forces F_i on the feet ([`Ground`]), which are springs with a damper and hold by Coulomb friction. What they do at a joint,
-//! its wire has to hold besides its own load. Left out: the legs' own mass (it is the body's), and that a foot rolls.
+//! its wire has to hold besides its own load. Left out: the legs' own mass (it is the body's), and that a foot is round.
 
 mod ground;
 mod leg;
@@ -23,7 +23,7 @@ use space::{cross, difference, times};
 
 /// Steps of the body in a period of the rig.
 const STEPS: u32 = 4;
-/// A foot's damper for its spring: the time after which the one has as much as the other, s. A leg of ours swings out within it.
+/// A foot's damper over its spring, s: on six feet of 600 N/m, 60 g swing out with half of the critical damping.
 const FOOT_DAMPING_S: f64 = 4e-3;
 /// A foothold is within so many times the unevenness, RMS, of the plane: a foot that is higher looks for another one.
 pub(crate) const MOST_UNEVEN: f64 = 2.5;

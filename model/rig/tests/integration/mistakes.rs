@@ -832,7 +832,7 @@ fn a_demonstrator_has_a_wire_that_can_move_it() {
     assert_eq!(
         of(&walker.replace("body_g = 60.0", "body_g = 200.0")),
         "rig.toml:139: demonstrator.body_g is 200, but on three legs, where a middle one bears half of it, the spring of \"front_left_femur\" \
-         holds no more than 112; expected at most that, a longer lever_mm or a larger preload_n"
+         holds no more than 111; expected at most that, a longer lever_mm or a larger preload_n"
     );
     assert_eq!(
         of(&walker.replace("body_g", "belly_mm = 50.0\nbody_g")),

@@ -47,12 +47,11 @@ const WIRE_COUNT: usize = 18;
 const JOINTS: usize = 3;
 
 /// What its builder has measured: coxa, femur and tibia, m; how far the femur rises and the tibia leans outwards with their wires at [`LEVEL`], rad;
-/// the lever of every wire, m, and from the hips of one side to those of the other.
+/// the lever of every wire, m.
 const LENGTHS_M: [f64; JOINTS] = [0.012, 0.030, 0.050];
 const FEMUR_RAD: f64 = 0.349;
 const TIBIA_RAD: f64 = 0.175;
 const LEVER_M: f64 = 0.010;
-const HIPS_M: f64 = 0.050;
 /// Stroke at which a joint's angle is zero, and those that are asked for: the ends of the way are slow.
 const LEVEL: f64 = 0.5;
 const STROKES: [f64; 2] = [0.06, 0.94];
