@@ -2,7 +2,7 @@
 
 use sinew_rig::Demonstrator;
 
-use super::{Ink, Picture, Shape};
+use super::shapes::{Ink, Picture, Shape};
 use crate::hexapod::{LEGS, Leg, Parts, Stance, Turn, Vector, sum};
 
 /// From one mark on the ground to the next, m; each twentieth is a metre.
