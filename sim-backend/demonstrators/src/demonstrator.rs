@@ -9,6 +9,7 @@ use sinew_sim_backend::{SimulatedRig, World};
 use crate::arm::Links;
 use crate::ball::{Ball, Beam};
 use crate::chance::{Draughts, Noise};
+use crate::hexapod::{Hexapod, JOINTS, LEGS};
 use crate::picture::Drawn;
 use crate::pose::Pose;
 use crate::sensor::Sensor;
@@ -33,6 +34,9 @@ const TARGET_S: f64 = 15.0;
 /// … and so long it has to get there before its distance is counted, s.
 const ARM_SETTLES_S: f64 = 8.0;
 
+/// Most wires that move a machine.
+const MOST_WIRES: usize = JOINTS * LEGS;
+
 /// Why there is no demonstrator: the physics does not accept the parameters of its wire.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Error(sinew_physics::Error);
@@ -48,7 +52,7 @@ impl std::error::Error for Error {}
 /// A machine that wires of a simulated rig move.
 #[derive(Debug)]
 pub struct Demonstrator {
-    /// One, or of an arm two.
+    /// One, of an arm two, of a hexapod [`MOST_WIRES`].
     wires: Vec<Turning>,
     period_s: f64,
     body: Body,
@@ -68,6 +72,8 @@ struct Turning {
     length_m: f64,
     /// Way from cold to hot, m.
     travel_m: f64,
+    /// Angle it turns to where it is hot.
+    most_rad: f64,
 }
 
 impl Turning {
@@ -76,7 +82,9 @@ impl Turning {
         let hot_m = sinew_physics::hot_length_m(&wire.model).map_err(Error)?;
         let (travel_m, length_m) = (cold_m - hot_m, wire.model.geometry.length_m);
         let level_m = cold_m - rig.demonstrator.level_stroke * travel_m - length_m;
-        Ok(Turning { channel, lever_m: rig.demonstrator.lever_m, level_m, length_m, travel_m })
+        let lever_m = rig.demonstrator.lever_m;
+        let most_rad = (1.0 - rig.demonstrator.level_stroke) * travel_m / lever_m;
+        Ok(Turning { channel, lever_m, level_m, length_m, travel_m, most_rad })
     }
 
     fn angle_rad(&self, position_m: f64) -> f64 {
@@ -108,6 +116,7 @@ enum Body {
         most_rad: [f64; 2],
         whim: Noise,
     },
+    Hexapod(Box<Hexapod>),
 }
 
 /// Keeps the tally.
@@ -142,7 +151,7 @@ impl Demonstrator {
     /// [`Error`] where the physics does not accept a wire.
     pub fn of(rig: &Rig) -> Result<Option<Demonstrator>, Error> {
         let declared = &rig.demonstrator;
-        let channels = rig.demonstrator_channels().into_iter().flatten();
+        let channels = rig.demonstrator_channels().flatten();
         let wires = channels.map(|channel| Turning::of(rig, channel)).collect::<Result<Vec<_>, Error>>()?;
         let Some(first) = wires.first() else { return Ok(None) };
         let seed = rig.simulation.seed;
@@ -179,6 +188,11 @@ impl Demonstrator {
                 };
                 (body, declared.camera_noise_m, Pose::Arm { angles_rad: [0.0; 2], target_m })
             }
+            DemonstratorKind::Hexapod => {
+                let body = Hexapod::new(declared, seed);
+                let pose = Pose::Hexapod(body.stance(&[[0.0; JOINTS]; LEGS]));
+                (Body::Hexapod(Box::new(body)), declared.compass_noise_rad, pose)
+            }
         };
         Ok(Some(Demonstrator {
             period_s: 1.0 / rig.rate_hz,
@@ -191,9 +205,14 @@ impl Demonstrator {
         }))
     }
 
-    /// The angle its first wire holds it at with its end at an elongation L − L_0, in m: rad.
-    pub fn angle_rad(&self, position_m: f64) -> f64 {
-        self.wires.first().map_or(f64::NAN, |wire| wire.angle_rad(position_m))
+    /// The angle one of its wires holds it at with its end at an elongation L − L_0, in m: rad.
+    pub(crate) fn angle_rad(&self, wire: usize, position_m: f64) -> f64 {
+        self.wires.get(wire).map_or(f64::NAN, |wire| wire.angle_rad(position_m))
+    }
+
+    /// The angle its first wire turns it to with its end hot, rad.
+    pub(crate) fn most_rad(&self) -> f64 {
+        self.wires.first().map_or(f64::NAN, |wire| wire.most_rad)
     }
 
     /// Who sees it from another thread.
@@ -214,18 +233,18 @@ impl Demonstrator {
         let time_s = wires.time_s();
         let draught = self.draughts.at(time_s);
         // how each joint stands and turns
-        let mut joints = [(0.0, 0.0); 2];
+        let mut joints = [(0.0, 0.0); MOST_WIRES];
         for (joint, wire) in joints.iter_mut().zip(&self.wires) {
             let Some(truth) = wires.truth(wire.channel) else { return };
             *joint = (wire.angle_rad(truth.length_m - wire.length_m), -truth.velocity_m_s / wire.lever_m);
         }
-        let Passed { sees, pose, torque_n_m } = self.body.pass(joints, time_s, self.period_s, &mut self.score);
+        let Passed { sees, pose, torques_n_m } = self.body.pass(&joints, time_s, self.period_s, &mut self.score);
         // a camera that sees nothing says nothing
         let said = self.sensor.look(time_s, sees.unwrap_or([f64::NAN; 2]));
         if let Some(said) = said.filter(|said| said[0].is_finite()) {
             self.watch.say(said);
         }
-        for wire in &self.wires {
+        for (wire, torque_n_m) in self.wires.iter().zip(torques_n_m) {
             wires.disturb(wire.channel, &World { draught, pull_n: torque_n_m / wire.lever_m, ..World::CALM });
         }
         self.watch.set_pose(&pose, draught);
@@ -238,14 +257,21 @@ struct Passed {
     /// What its sensor has before it, if anything.
     sees: Option<[f64; 2]>,
     pose: Pose,
-    /// What turns its one joint back.
-    torque_n_m: f64,
+    /// What turns each joint back.
+    torques_n_m: [f64; MOST_WIRES],
+}
+
+/// What turns the one joint there is.
+fn only(torque_n_m: f64) -> [f64; MOST_WIRES] {
+    let mut all = [0.0; MOST_WIRES];
+    all[0] = torque_n_m;
+    all
 }
 
 impl Body {
     /// Lets a period pass with each joint at an angle, rad, that turns at a rate, rad/s.
-    fn pass(&mut self, joints: [(f64, f64); 2], time_s: f64, period_s: f64, score: &mut Score) -> Passed {
-        let [(angle_rad, rate_rad_s), _] = joints;
+    fn pass(&mut self, joints: &[(f64, f64); MOST_WIRES], time_s: f64, period_s: f64, score: &mut Score) -> Passed {
+        let [(angle_rad, rate_rad_s), (elbow_rad, _), ..] = *joints;
         match self {
             Body::Beam { beam, start_m, ball, level_s } => {
                 if let Some(rolling) = ball {
@@ -265,7 +291,7 @@ impl Body {
                 Passed {
                     sees: ball.map(|ball| [ball.at_m, 0.0]),
                     pose: Pose::Beam { angle_rad, ball_m: ball.map_or(f64::NAN, |ball| ball.at_m) },
-                    torque_n_m: ball.map_or(0.0, |ball| ball.torque_n_m(beam, angle_rad, rate_rad_s)),
+                    torques_n_m: only(ball.map_or(0.0, |ball| ball.torque_n_m(beam, angle_rad, rate_rad_s))),
                 }
             }
             Body::Servo { asked_rad, until_s, most_rad, centre_s, rad_per_s, pilot } => {
@@ -278,7 +304,7 @@ impl Body {
                 Passed {
                     sees: Some([*centre_s + *asked_rad / *rad_per_s, 0.0]),
                     pose: Pose::Servo { angle_rad, asked_rad: *asked_rad },
-                    torque_n_m: 0.0,
+                    torques_n_m: only(0.0),
                 }
             }
             Body::Arm { links, target_m, until_s, most_rad, whim } => {
@@ -289,13 +315,30 @@ impl Body {
                     *target_m = links.tip(there).at_m;
                     score.begin(time_s, ARM_SETTLES_S);
                 }
-                let angles_rad = joints.map(|(angle, _)| angle);
+                let angles_rad = [angle_rad, elbow_rad];
                 let tip = links.tip(angles_rad);
                 score.count(time_s, period_s, tip.distance_m(*target_m));
                 Passed {
                     sees: Some(tip.sees(*target_m)),
                     pose: Pose::Arm { angles_rad, target_m: *target_m },
-                    torque_n_m: 0.0,
+                    torques_n_m: only(0.0),
+                }
+            }
+            Body::Hexapod(body) => {
+                let angles = std::array::from_fn(|leg| std::array::from_fn(|joint| joints[JOINTS * leg + joint].0));
+                let torques = body.pass(&angles, period_s);
+                let stance = body.stance(&angles);
+                score.count(time_s, period_s, stance.at_m[1]);
+                score.tally.walked_m = stance.at_m[0];
+                let leans_rad = body.leans_rad();
+                if body.has_fallen() {
+                    score.tally.falls += 1;
+                    body.set_up();
+                }
+                Passed {
+                    sees: Some([stance.turned_rad[0], leans_rad]),
+                    pose: Pose::Hexapod(stance),
+                    torques_n_m: std::array::from_fn(|wire| -torques[wire / JOINTS][wire % JOINTS]),
                 }
             }
         }

@@ -3,8 +3,8 @@
 //!
 //! [`Demonstrator`] stands around a simulated rig: after each period it lets its bodies move as far as the wire has turned
 //! them, puts their weight on the wire for the next, and lets its draughts blow. [`DemonstratorBackend`] is both as the driver's
-//! backend. A robot program sees none of it: it has the ordinary client, and the lines of one sensor ([`Watch::reading`]), a camera or a
-//! receiver, late and noisy. Whoever draws or judges has the truth ([`Watch::pose`], [`Watch::tally`]), from any thread.
+//! backend. A robot program sees none of it: it has the ordinary client, and the lines of one sensor ([`Watch::reading`]), a camera, a
+//! receiver or a compass, late and noisy. Whoever draws or judges has the truth ([`Watch::pose`], [`Watch::tally`]), from any thread.
 //!
 //! ```
 //! use sinew_demonstrators::{Demonstrator, Pose};
@@ -31,14 +31,16 @@ mod ball;
 mod bound;
 mod chance;
 mod demonstrator;
+mod hexapod;
 mod picture;
 mod pose;
 mod sensor;
 mod watch;
 
 pub use backend::DemonstratorBackend;
-pub use bound::Catchable;
+pub use bound::{Catchable, Walkable};
 pub use demonstrator::{Demonstrator, Error};
+pub use hexapod::Stance;
 pub use picture::{Ink, Picture, Shape};
 pub use pose::Pose;
 pub use watch::{Reading, Tally, Watch};
@@ -51,3 +53,5 @@ pub const BALL_ON_BEAM: &str = include_str!("ball-on-beam.toml");
 pub const BOWDEN_SERVO: &str = include_str!("bowden-servo.toml");
 /// The rig file of the micro-servo.
 pub const SERVO: &str = include_str!("servo.toml");
+/// The rig file of the hexapod that walks.
+pub const WALKER: &str = include_str!("walker.toml");

@@ -1,73 +1,14 @@
 //! What a machine looks like, for whoever draws it: straight lines and discs, in metres.
 
+mod hexapod;
+mod shapes;
+
 use sinew_rig::Demonstrator;
 
 use crate::arm::{Links, Tip};
 use crate::pose::Pose;
 
-/// What a thing is made of, to be drawn in a colour of its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ink {
-    /// Frame, ground, marks.
-    Frame,
-    /// What the wire moves.
-    Body,
-    /// The wire.
-    Wire,
-    /// What is handled: a ball.
-    Load,
-    /// Where it is wanted.
-    Goal,
-}
-
-impl Ink {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Ink::Frame => "frame",
-            Ink::Body => "body",
-            Ink::Wire => "wire",
-            Ink::Load => "load",
-            Ink::Goal => "goal",
-        }
-    }
-}
-
-/// A part of a picture; x to the right, y up, m.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shape {
-    /// A straight line of this width.
-    Line {
-        /// One end.
-        from: [f64; 2],
-        /// The other.
-        to: [f64; 2],
-        /// How wide, m.
-        width: f64,
-        /// Drawn as.
-        ink: Ink,
-    },
-    /// A disc.
-    Disc {
-        /// Its middle.
-        at: [f64; 2],
-        /// Radius, m.
-        radius: f64,
-        /// Drawn as.
-        ink: Ink,
-    },
-}
-
-/// What a machine looks like.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Picture {
-    /// What is in it, the hindmost first.
-    pub shapes: Vec<Shape>,
-    /// How far it reaches to either side, and up and down, m.
-    pub half_size: [f64; 2],
-    /// What there is to say beside it.
-    pub says: String,
-}
+pub use shapes::{Ink, Picture, Shape};
 
 /// What of a rig file there is to draw.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,6 +16,7 @@ pub(crate) struct Drawn {
     lever_m: f64,
     half_beam_m: f64,
     links: Links,
+    walking: hexapod::Drawn,
 }
 
 /// Radius of a ball in a picture, share of half the beam.
@@ -83,7 +25,7 @@ const BALL: f64 = 0.05;
 impl Drawn {
     pub fn of(declared: &Demonstrator) -> Drawn {
         let Demonstrator { lever_m, half_beam_m, .. } = *declared;
-        Drawn { lever_m, half_beam_m, links: Links::of(declared) }
+        Drawn { lever_m, half_beam_m, links: Links::of(declared), walking: hexapod::Drawn::of(declared) }
     }
 
     /// The picture of a pose, in this draught.
@@ -92,6 +34,7 @@ impl Drawn {
             Pose::Beam { angle_rad, ball_m } => self.beam(angle_rad, ball_m),
             Pose::Servo { angle_rad, asked_rad } => self.servo(angle_rad, asked_rad),
             Pose::Arm { angles_rad, target_m } => self.arm(angles_rad, target_m),
+            Pose::Hexapod(ref stance) => self.walking.draw(stance),
         };
         if draught > 0.0 {
             picture.says += &format!(", draught {:+.0} %", draught * 100.0);

@@ -1,5 +1,10 @@
 //! How a machine stands.
 
+use crate::hexapod::Stance;
+
+/// How many numbers say it.
+pub(crate) const NUMBERS: usize = 25;
+
 /// How a machine stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pose {
@@ -24,24 +29,67 @@ pub enum Pose {
         /// Where the target is, from the shoulder, m.
         target_m: [f64; 2],
     },
+    /// A hexapod.
+    Hexapod(Stance),
 }
 
 impl Pose {
-    /// As four numbers, for cells that other threads read.
-    pub(crate) fn to_numbers(self) -> [f64; 4] {
-        match self {
+    /// As so many numbers, for cells that other threads read.
+    pub(crate) fn to_numbers(self) -> [f64; NUMBERS] {
+        let mut numbers = [0.0; NUMBERS];
+        let few = match self {
             Pose::Beam { angle_rad, ball_m } => [angle_rad, ball_m, 0.0, 0.0],
             Pose::Servo { angle_rad, asked_rad } => [angle_rad, asked_rad, 0.0, 0.0],
             Pose::Arm { angles_rad: [a, b], target_m: [x, y] } => [a, b, x, y],
-        }
+            Pose::Hexapod(Stance { at_m, turned_rad, angles_rad, stands }) => {
+                let which = stands.iter().rev().fold(0_u8, |bits, stands| bits << 1 | u8::from(*stands));
+                let angles = angles_rad.as_flattened().iter().copied();
+                let all = at_m.into_iter().chain(turned_rad).chain([f64::from(which)]).chain(angles);
+                numbers.iter_mut().zip(all).for_each(|(number, said)| *number = said);
+                return numbers;
+            }
+        };
+        numbers[..few.len()].copy_from_slice(&few);
+        numbers
     }
 
     /// Of the same kind, by such numbers.
-    pub(crate) fn with_numbers(self, [a, b, x, y]: [f64; 4]) -> Pose {
+    pub(crate) fn with_numbers(self, numbers: [f64; NUMBERS]) -> Pose {
+        let [a, b, x, y, pitch, roll, which, angles @ ..] = numbers;
         match self {
             Pose::Beam { .. } => Pose::Beam { angle_rad: a, ball_m: b },
             Pose::Servo { .. } => Pose::Servo { angle_rad: a, asked_rad: b },
             Pose::Arm { .. } => Pose::Arm { angles_rad: [a, b], target_m: [x, y] },
+            Pose::Hexapod(_) => Pose::Hexapod(Stance {
+                at_m: [a, b, x],
+                turned_rad: [y, pitch, roll],
+                angles_rad: std::array::from_fn(|leg| std::array::from_fn(|joint| angles[3 * leg + joint])),
+                stands: std::array::from_fn(|leg| which as u8 >> leg & 1 == 1),
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_said_in_numbers_is_understood() {
+        let stance = Stance {
+            at_m: [1.0, 2.0, 3.0],
+            turned_rad: [4.0, 5.0, 6.0],
+            angles_rad: std::array::from_fn(|leg| std::array::from_fn(|joint| (10 * leg + joint) as f64)),
+            stands: [true, false, false, true, true, false],
+        };
+        let poses = [
+            Pose::Beam { angle_rad: 1.0, ball_m: 2.0 },
+            Pose::Servo { angle_rad: 1.0, asked_rad: 2.0 },
+            Pose::Arm { angles_rad: [1.0, 2.0], target_m: [3.0, 4.0] },
+            Pose::Hexapod(stance),
+        ];
+        for pose in poses {
+            assert_eq!(pose.with_numbers([0.0; NUMBERS]).with_numbers(pose.to_numbers()), pose);
         }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::picture::{Drawn, Picture};
-use crate::pose::Pose;
+use crate::pose::{NUMBERS, Pose};
 
 /// What the sensor has said last.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,7 +12,7 @@ pub struct Reading {
     /// How often it has said something.
     pub count: u32,
     /// Of a camera over a beam: where the ball is, m; at an arm: where the target is seen to the side and ahead, m. Of a receiver: the
-    /// pulse's width, s. What there is only one of stands first.
+    /// pulse's width, s. Of a compass with a level: heading, to the left, and how far it leans, rad. What there is only one of stands first.
     pub values: [f32; 2],
 }
 
@@ -21,21 +21,23 @@ pub struct Reading {
 pub struct Tally {
     /// Simulated time since the ball was first put down, or since the servo or the arm was first asked, s.
     pub seconds: f64,
-    /// How often the ball has fallen off the beam.
+    /// How often the ball has fallen off the beam, or the hexapod.
     pub falls: u64,
-    /// Largest distance of the ball from the middle or of the arm's tip from its target, m, or of a servo from its angle, rad: but for the
-    /// time it has to get there.
+    /// Largest distance of the ball from the middle, of the arm's tip from its target or of a hexapod from its line, m, or of a servo from its
+    /// angle, rad: but for the time it has to get there.
     pub worst: f64,
     /// Its mean square.
     pub mean_square: f64,
+    /// How far a hexapod has come straight ahead, m.
+    pub walked_m: f64,
 }
 
 #[derive(Debug, Default)]
 struct Cells {
-    pose: [AtomicU64; 4],
+    pose: [AtomicU64; NUMBERS],
     /// A count and an f32 in each, so that neither is seen without the other; two of the same count belong together.
     reading: [AtomicU64; 2],
-    tally: [AtomicU64; 4],
+    tally: [AtomicU64; 5],
     draught: AtomicU64,
 }
 
@@ -80,8 +82,8 @@ impl Watch {
 
     /// How it has done.
     pub fn tally(&self) -> Tally {
-        let [seconds, falls, worst, mean_square] = self.cells.tally.each_ref().map(get);
-        Tally { seconds, falls: falls as u64, worst, mean_square }
+        let [seconds, falls, worst, mean_square, walked_m] = self.cells.tally.each_ref().map(get);
+        Tally { seconds, falls: falls as u64, worst, mean_square, walked_m }
     }
 
     /// What it looks like now.
@@ -105,7 +107,7 @@ impl Watch {
     }
 
     pub(crate) fn set_tally(&self, tally: &Tally) {
-        let numbers = [tally.seconds, tally.falls as f64, tally.worst, tally.mean_square];
+        let numbers = [tally.seconds, tally.falls as f64, tally.worst, tally.mean_square, tally.walked_m];
         for (cell, number) in self.cells.tally.iter().zip(numbers) {
             set(cell, number);
         }

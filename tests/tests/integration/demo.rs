@@ -117,6 +117,42 @@ fn a_browser_shows_the_machine_itself() {
 }
 
 #[test]
+fn a_hexapod_stands_up_and_walks() {
+    let mut demo = Demo::of(&["walker", "--for", "14", "--no-monitor", "--seed", "2"]);
+    let process = demo.start();
+    let robot = robot(&process);
+    let ended = process.finish().expect(0);
+    let last = ended.stdout.lines().last().unwrap_or_default();
+    // In what time is the trials' to say: here the machine may be busy. It has to have stepped, with one tripod and the other.
+    let walked_m = last.split("walked ").nth(1).and_then(|rest| rest.split(' ').next()?.parse::<f64>().ok());
+    assert!(last.starts_with("walker, 14 s: ") && walked_m.is_some_and(|metres| metres > 0.02), "{ended:?}");
+    let feet = |stand: &str| ended.stdout.lines().any(|line| line.ends_with(&format!("feet {stand}")));
+    assert!(feet("●●●●●●") && (feet("●○○●●○") || feet("○●●○○●")), "{ended:?}");
+    assert!(!Path::new("/proc").join(robot.to_string()).exists(), "the robot program has ended");
+    assert!(!demo.is_driven());
+}
+
+#[test]
+fn a_browser_shows_a_hexapod_from_above_and_from_the_side() {
+    let Some(mut browser) = Browser::start(1280, 800) else { return };
+    let mut demo = Demo::of(&["walker", "--for", "60", "--scope"]);
+    let mut process = demo.start();
+    process.wait_for_word("http://");
+    let url = wait_for("the address", || process.stdout().lines().next().map(str::to_owned));
+    browser.open(&url);
+    // six feet in each of two views
+    browser.wait("document.querySelectorAll('#picture circle').length === 12");
+    browser.wait("$('picture').getAttribute('aria-label').includes('m ahead')");
+    // it walks: a foot is lifted, and the marks on the ground pass
+    browser.wait("$('picture').getAttribute('aria-label').includes('○')");
+    let ahead = "parseFloat($('picture').getAttribute('aria-label'))";
+    browser.wait(&format!("{ahead} > 0.01"));
+    process.signal(libc::SIGTERM);
+    process.finish().expect(0);
+    assert!(!demo.is_driven());
+}
+
+#[test]
 fn what_there_is_not_is_said_with_what_there_is() {
     let listed = Demo::of(&[]).start().finish().expect(0);
     assert!(listed.stdout.contains("sinew demo ball-on-beam") && listed.stdout.contains("sinew demo servo"));

@@ -1,22 +1,28 @@
 //! The demonstrator: the wires that move it.
 
 use sinew_physics::Load;
+use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 
 use crate::error::What;
 use crate::notes::{Reader, Stated};
-use crate::tables::{BackendKind, Channel, DemonstratorKind, Rig};
+use crate::tables::{BackendKind, Channel, Demonstrator, DemonstratorKind, Rig};
 use crate::value::channel_choices;
 
 impl Rig {
     /// The channels whose wires move the demonstrator, where there are these: the named one, else the first; of an arm, that of the elbow
-    /// besides.
-    pub fn demonstrator_channels(&self) -> [Option<(usize, &Channel)>; 2] {
+    /// besides; of a hexapod, those that follow.
+    pub fn demonstrator_channels(&self) -> impl Iterator<Item = Option<(usize, &Channel)>> {
+        let Demonstrator { kind, channel, elbow_channel, .. } = &self.demonstrator;
         let of = |name: &Option<String>, place| match name {
             Some(name) => self.channel(name),
             None => self.channels.iter().enumerate().nth(place),
         };
-        let elbow = (self.demonstrator.kind == DemonstratorKind::Arm).then(|| of(&self.demonstrator.elbow_channel, 1));
-        [of(&self.demonstrator.channel, 0), elbow.flatten()]
+        let first = of(channel, 0);
+        (0..kind.wires()).map(move |place| match (kind, place) {
+            (_, 0) => first,
+            (DemonstratorKind::Arm, _) => of(elbow_channel, 1),
+            _ => first.and_then(|(first, _)| self.channels.iter().enumerate().nth(first + place)),
+        })
     }
 }
 
@@ -35,15 +41,32 @@ pub(crate) fn demonstrator(reader: &mut Reader<'_>, rig: &Rig, stated: &Stated<'
         let line = stated.line_of_first(&[("demonstrator", key), ("demonstrator", "kind")]);
         reader.problem(line, None, format!("demonstrator.{key}"), what);
     };
-    let named = [("channel", &rig.demonstrator.channel), ("elbow_channel", &rig.demonstrator.elbow_channel)];
-    let count = if kind == DemonstratorKind::Arm { 2 } else { 1 };
-    let found = rig.demonstrator_channels();
-    for ((key, name), wire) in named.into_iter().zip(found).take(count) {
+    let Demonstrator { channel, elbow_channel, .. } = &rig.demonstrator;
+    for (place, wire) in rig.demonstrator_channels().enumerate() {
+        let (key, name) = match (kind, place) {
+            (_, 0) => ("channel", channel),
+            (DemonstratorKind::Arm, _) => ("elbow_channel", elbow_channel),
+            // those after the first have no keys of their own
+            _ => ("channel", &None),
+        };
         if let Some(what) = unfit(rig, name.as_deref(), wire) {
             refuse(key, what);
+            break;
         }
     }
-    if let [Some((shoulder, _)), Some((elbow, channel))] = found
+    if kind == DemonstratorKind::Hexapod
+        && let Some((femur, most_kg)) = heaviest(rig)
+        && rig.demonstrator.body_kg > most_kg
+    {
+        let (body_g, most_g) = (rig.demonstrator.body_kg * 1e3, most_kg * 1e3);
+        let message = format!(
+            "is {body_g}, but on three legs, where a middle one bears half of it, the spring of \"{femur}\" holds no more than {most_g:.0}; \
+             expected at most that, a longer lever_mm or a larger preload_n"
+        );
+        refuse("body_g", What::Contradiction { message });
+    }
+    let mut found = rig.demonstrator_channels().flatten();
+    if let (DemonstratorKind::Arm, Some((shoulder, _)), Some((elbow, channel))) = (kind, found.next(), found.next())
         && shoulder == elbow
     {
         let message = format!("is the shoulder's, \"{}\"; expected another channel", channel.name);
@@ -51,9 +74,34 @@ pub(crate) fn demonstrator(reader: &mut Reader<'_>, rig: &Rig, stated: &Stated<'
     }
 }
 
+/// The femur of a hexapod whose spring holds least with its joint level, and what of a body it can carry, kg.
+fn heaviest(rig: &Rig) -> Option<(&str, f64)> {
+    let declared = &rig.demonstrator;
+    let beside_m = declared.femur_m * declared.femur_rad.cos() + declared.tibia_m * declared.tibia_rad.sin();
+    let carries = |(_, channel): (usize, &'_ Channel)| {
+        let Load::SpringMassDamper { spring_n_per_m, preload_n, .. } = channel.model.load else { return None };
+        let cold_m = sinew_physics::cold_length_m(&channel.model).ok()?;
+        let hot_m = sinew_physics::hot_length_m(&channel.model).ok()?;
+        let level_m = cold_m - declared.level_stroke * (cold_m - hot_m) - channel.model.geometry.length_m;
+        let torque_n_m = (preload_n - spring_n_per_m * level_m) * declared.lever_m;
+        Some(2.0 * torque_n_m / (STANDARD_GRAVITY_M_S2 * beside_m))
+    };
+    let femora = rig.demonstrator_channels().flatten().skip(1).step_by(3);
+    femora
+        .filter_map(|femur| Some((femur.1.name.as_str(), carries(femur)?)))
+        .min_by(|(_, one), (_, other)| one.total_cmp(other))
+}
+
 /// Why a wire cannot move it.
 fn unfit(rig: &Rig, name: Option<&str>, wire: Option<(usize, &Channel)>) -> Option<What> {
     match (name, wire) {
+        (None, None) if rig.demonstrator.kind == DemonstratorKind::Hexapod => Some(What::Contradiction {
+            message: format!(
+                "has too few channels from there on: six legs of three wires are {}, the rig has {}",
+                rig.demonstrator.kind.wires(),
+                rig.channels.len()
+            ),
+        }),
         (None, None) => Some(What::Missing { expected: "a second channel, for the elbow".into() }),
         (Some(name), None) => Some(What::NotAChoice {
             found: name.into(),

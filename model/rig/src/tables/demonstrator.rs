@@ -16,6 +16,20 @@ words! {
         Servo = "servo",
         /// An arm of two links, a wire to each joint; a camera at its tip sees a target.
         Arm = "arm",
+        /// A body on six legs of three wires each, which stands on the ground by friction; a compass with a level tells how it lies.
+        Hexapod = "hexapod",
+    }
+}
+
+impl DemonstratorKind {
+    /// How many wires move it.
+    pub fn wires(self) -> usize {
+        match self {
+            DemonstratorKind::None => 0,
+            DemonstratorKind::BallOnBeam | DemonstratorKind::Servo => 1,
+            DemonstratorKind::Arm => 2,
+            DemonstratorKind::Hexapod => 18,
+        }
     }
 }
 
@@ -32,6 +46,14 @@ fn with_links() -> Only<Demonstrator> {
     Only::new(
         |demonstrator, _| demonstrator.kind == DemonstratorKind::Arm,
         |_, _| "makes no sense without links; take it out, or set kind = \"arm\"".into(),
+    )
+}
+
+/// Keys that only a hexapod has.
+fn with_legs() -> Only<Demonstrator> {
+    Only::new(
+        |demonstrator, _| demonstrator.kind == DemonstratorKind::Hexapod,
+        |_, _| "makes no sense without legs; take it out, or set kind = \"hexapod\"".into(),
     )
 }
 
@@ -61,7 +83,8 @@ table! {
     pub struct Demonstrator {
         /// Which machine.
         kind: DemonstratorKind = "kind", DemonstratorKind::KIND, DemonstratorKind::DEFAULT;
-        /// Channel whose wire moves it; of an arm, its shoulder.
+        /// Channel whose wire moves it; of an arm, its shoulder; of a hexapod the first of eighteen: front left, front right, middle left, middle
+        /// right, rear left, rear right, of each coxa, femur and tibia.
         channel: Option<String> = "channel", name(MAX_CHANNEL_NAME), Computed("the first channel");
         /// Channel whose wire moves the elbow of an arm.
         elbow_channel: Option<String> = "elbow_channel", name(MAX_CHANNEL_NAME), Computed("the second channel"), only with_links();
@@ -87,7 +110,37 @@ table! {
         shoulder_rad: f64 = "shoulder_degrees", number(DEGREES, -360.0, 360.0), Number(70.0), only with_links();
         /// By how much the lower link is turned from the upper one there.
         elbow_rad: f64 = "elbow_degrees", number(DEGREES, -360.0, 360.0), Number(-70.0), only with_links();
-        /// Pictures of the camera a second, or pulses of the receiver.
+        /// Mass of a hexapod.
+        body_kg: f64 = "body_g", number(milli("g"), 1.0, 100_000.0), Number(60.0), only with_legs();
+        /// From one leg of a side to the next.
+        leg_spacing_m: f64 = "leg_spacing_mm", number(milli("mm"), 1.0, 10_000.0), Number(60.0), only with_legs();
+        /// From the hips of one side to those of the other.
+        hip_width_m: f64 = "hip_width_mm", number(milli("mm"), 1.0, 10_000.0), Number(50.0), only with_legs();
+        /// How far the belly hangs below the hips: where it touches the ground the machine has fallen.
+        belly_m: f64 = "belly_mm", number(milli("mm"), 1.0, 1000.0), Number(8.0), only with_legs();
+        /// From the hip's upright axis to the level one of the femur.
+        coxa_m: f64 = "coxa_mm", number(milli("mm"), 0.0, 10_000.0), Number(12.0), only with_legs();
+        /// From hip to knee.
+        femur_m: f64 = "femur_mm", number(milli("mm"), 1.0, 10_000.0), Number(30.0), only with_legs();
+        /// From knee to foot.
+        tibia_m: f64 = "tibia_mm", number(milli("mm"), 1.0, 10_000.0), Number(50.0), only with_legs();
+        /// How far the femur rises from the hip to the knee, at `level_stroke`.
+        femur_rad: f64 = "femur_degrees", number(DEGREES, -90.0, 90.0), Number(20.0), only with_legs();
+        /// How far outwards the tibia leans from the plumb line there.
+        tibia_rad: f64 = "tibia_degrees", number(DEGREES, -90.0, 90.0), Number(10.0), only with_legs();
+        /// By how much a foot and its leg give under a force, both down and along the ground.
+        foot_n_per_m: f64 = "foot_n_per_m", number(si("N/m"), 50.0, 2000.0), Number(600.0), only with_legs();
+        /// Coefficient of friction between foot and ground.
+        friction: f64 = "friction", number(si("1"), 0.0, 10.0), Number(0.7), only with_legs();
+        /// The ground rises so much ahead.
+        slope_rad: f64 = "slope_degrees", number(DEGREES, -45.0, 45.0), Number(0.0), only with_legs();
+        /// By so much each foothold is higher or lower than the plane, RMS, by chance; no more than two and a half times this.
+        unevenness_m: f64 = "unevenness_mm", number(milli("mm"), 0.0, 100.0), Number(0.5), only with_legs();
+        /// Where it is put down to look, to the left of straight ahead.
+        heading_rad: f64 = "heading_degrees", number(DEGREES, -180.0, 180.0), Number(5.0), only with_legs();
+        /// Noise of the angles that its compass and level say, RMS.
+        compass_noise_rad: f64 = "compass_noise_degrees", number(DEGREES, 0.0, 90.0), Number(1.0), only with_legs();
+        /// Pictures of the camera, pulses of the receiver or words of the compass a second.
         sensor_hz: f64 = "sensor_hz", number(si("Hz"), 1.0, 1000.0), Number(50.0);
         /// How old what it says is when it comes.
         sensor_delay_s: f64 = "sensor_delay_ms", number(milli("ms"), 0.0, 1000.0), Number(20.0);
@@ -126,7 +179,19 @@ fn fits_together(reader: &mut Reader<'_>, demonstrator: &Demonstrator, stated: &
     if demonstrator.kind == DemonstratorKind::Servo && demonstrator.rad_per_s == 0.0 {
         refuse("degrees_per_ms", "is 0: no pulse would turn it; expected more or less".into());
     }
+    if demonstrator.kind == DemonstratorKind::Hexapod && height_m(demonstrator) <= demonstrator.belly_m {
+        let (height, belly) = (height_m(demonstrator) * 1e3, demonstrator.belly_m * 1e3);
+        refuse(
+            "belly_mm",
+            format!("is {belly}, but its legs lift the hips by {height:.1} mm; expected less than that"),
+        );
+    }
     if draught_every_s > 0.0 && draught_every_s <= draught_s {
         refuse("draught_every_s", format!("is {draught_every_s}, expected more than draught_for_s, {draught_s}"));
     }
+}
+
+/// How high the hips of a hexapod are above its feet at `level_stroke`, m.
+fn height_m(demonstrator: &Demonstrator) -> f64 {
+    demonstrator.tibia_m * demonstrator.tibia_rad.cos() - demonstrator.femur_m * demonstrator.femur_rad.sin()
 }

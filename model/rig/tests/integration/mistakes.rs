@@ -823,6 +823,25 @@ fn a_demonstrator_has_a_wire_that_can_move_it() {
         "[demonstrator]\nkind = \"servo\"\ndegrees_per_ms = 0\n",
         "rig.toml:25: demonstrator.degrees_per_ms is 0: no pulse would turn it; expected more or less",
     );
+    with(
+        "[demonstrator]\nkind = \"hexapod\"\n",
+        "rig.toml:24: demonstrator.channel has too few channels from there on: six legs of three wires are 18, the rig has 1",
+    );
+    let walker = include_str!("../../../../examples/walker.toml");
+    assert_eq!(of(walker), "accepted");
+    assert_eq!(
+        of(&walker.replace("body_g = 60.0", "body_g = 200.0")),
+        "rig.toml:139: demonstrator.body_g is 200, but on three legs, where a middle one bears half of it, the spring of \"front_left_femur\" \
+         holds no more than 111; expected at most that, a longer lever_mm or a larger preload_n"
+    );
+    assert_eq!(
+        of(&walker.replace("body_g", "belly_mm = 50.0\nbody_g")),
+        "rig.toml:139: demonstrator.belly_mm is 50, but its legs lift the hips by 39.0 mm; expected less than that"
+    );
+    ball(
+        "coxa_mm = 10\n",
+        "rig.toml:25: demonstrator.coxa_mm makes no sense without legs; take it out, or set kind = \"hexapod\"",
+    );
     assert_eq!(
         of(&format!("{}[demonstrator]\nkind = \"servo\"\n", GOOD.replace("mass_kg = 0.2", "kind = \"imposed_force\""))),
         "rig.toml:24: demonstrator.channel is \"wire\", whose load does not move by itself; expected one with a mass_kg"

@@ -44,7 +44,7 @@ pub struct Demo {
     /// Which machine; without one, a list.
     #[arg(value_name = "NAME")]
     pub name: Option<String>,
-    /// End by itself after this time; of a trial, how long it lasts (600 s if not said).
+    /// End by itself after this time; of a trial, how long it lasts (600 s if not said, 75 s of the walker).
     #[arg(long = "for", value_name = "S", value_parser = seconds)]
     pub duration_s: Option<f64>,
     /// What noise and draughts come from.

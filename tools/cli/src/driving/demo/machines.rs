@@ -1,10 +1,10 @@
 //! The machines there are: what is shown of each, and what is claimed.
 
-use sinew_demonstrators::{ARM, BALL_ON_BEAM, BOWDEN_SERVO, SERVO, Tally};
+use sinew_demonstrators::{ARM, BALL_ON_BEAM, BOWDEN_SERVO, SERVO, Tally, WALKER};
 use sinew_rig::Rig;
 
 use crate::args;
-use crate::driving::robots::{arm, ball_on_beam, servo};
+use crate::driving::robots::{arm, ball_on_beam, servo, walker};
 use crate::failure::Failure;
 
 /// What a robot program is when nothing stands between it and its sensor: from what that says (`None`: nothing for
@@ -32,14 +32,26 @@ pub struct Demo {
     pub mind: fn(f64) -> Mind,
     /// Whether something can fall off it.
     pub falls: bool,
-    /// What is claimed: no larger error than this, in the unit of [`Demo::error`].
+    /// What is claimed: no larger error than this, in the unit of [`Demo::error`] …
     pub claim: f64,
+    /// … and of one that walks, how far it comes.
+    pub walks: Option<Walks>,
     /// The unit an error is told in, and that unit over SI's.
     pub error: (&'static str, f64),
 }
 
+/// So far, and in so much time.
+#[derive(Clone, Copy)]
+pub struct Walks {
+    pub metres: f64,
+    pub within_s: f64,
+}
+
+/// How long a trial lasts of a machine that stays where it is, s.
+const LASTS_S: f64 = 600.0;
+
 /// All of them.
-pub const DEMOS: [Demo; 4] = [
+pub const DEMOS: [Demo; 5] = [
     Demo {
         name: "ball-on-beam",
         about: "one wire tilts a beam on which a ball rolls, and a camera sees the ball",
@@ -58,6 +70,7 @@ pub const DEMOS: [Demo; 4] = [
         },
         falls: true,
         claim: 10.0,
+        walks: None,
         error: ("mm", 1e3),
     },
     servo(
@@ -89,9 +102,34 @@ pub const DEMOS: [Demo; 4] = [
         },
         falls: false,
         claim: 10.0,
+        walks: None,
+        error: ("mm", 1e3),
+    },
+    Demo {
+        name: "walker",
+        about: "eighteen wires walk a hexapod straight ahead over uneven ground, by the word of a compass",
+        rig: WALKER,
+        program: ("walker.rs", include_str!("../robots/walker.rs")),
+        wires: &walker::WIRES,
+        says: (&["heading_deg", "leans_deg"], DEGREES),
+        silence_s: f64::INFINITY,
+        run: walker::run,
+        mind: |travel_m| {
+            let mut walk = walker::Walk::new(travel_m);
+            Box::new(move |degrees| match degrees {
+                Some(degrees) => walk.feels(degrees.map(f64::to_radians)).to_vec(),
+                None => walk.strokes().to_vec(),
+            })
+        },
+        falls: true,
+        claim: 30.0,
+        walks: Some(Walks { metres: 1.0, within_s: 75.0 }),
         error: ("mm", 1e3),
     },
 ];
+
+/// Of a rad.
+const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 
 /// A servo with this wire and horn.
 const fn servo(
@@ -113,7 +151,8 @@ const fn servo(
         mind,
         falls: false,
         claim: 3.0,
-        error: ("°", 180.0 / std::f64::consts::PI),
+        walks: None,
+        error: ("°", DEGREES),
     }
 }
 
@@ -135,10 +174,15 @@ impl Demo {
         Ok(rig)
     }
 
+    /// How long a trial of it lasts unless it is said, s.
+    pub fn lasts_s(&self) -> f64 {
+        self.walks.map_or(LASTS_S, |walks| walks.within_s)
+    }
+
     /// How it has done, for a person.
     pub fn says_of(&self, tally: &Tally) -> String {
         let (unit, over_si) = self.error;
-        let Tally { seconds, falls, worst, mean_square } = *tally;
+        let Tally { seconds, falls, worst, mean_square, walked_m } = *tally;
         let fell = match falls {
             _ if !self.falls => String::new(),
             0 => "never fell; ".into(),
@@ -146,16 +190,20 @@ impl Demo {
             times => format!("fell {times} times; "),
         };
         let (worst, rms) = (worst * over_si, mean_square.sqrt() * over_si);
-        let settled = if worst > 0.0 {
-            format!("once settled never off by more than {worst:.1} {unit}, {rms:.1} {unit} RMS")
-        } else {
-            "it had no time to settle".into()
+        let did = match self.walks {
+            Some(_) => format!("walked {walked_m:.2} m, never further than {worst:.0} {unit} beside its line"),
+            None if worst > 0.0 => {
+                format!("once settled never off by more than {worst:.1} {unit}, {rms:.1} {unit} RMS")
+            }
+            None => "it had no time to settle".into(),
         };
-        format!("{}, {seconds:.0} s: {fell}{settled}", self.name)
+        format!("{}, {seconds:.0} s: {fell}{did}", self.name)
     }
 
     /// Whether that is what is claimed.
     pub fn succeeds(&self, tally: &Tally) -> bool {
-        tally.falls == 0 && tally.seconds > 0.0 && tally.worst > 0.0 && tally.worst * self.error.1 <= self.claim
+        let has_arrived = self.walks.is_none_or(|walks| tally.walked_m >= walks.metres);
+        let stayed = tally.worst > 0.0 && tally.worst * self.error.1 <= self.claim;
+        tally.falls == 0 && tally.seconds > 0.0 && stayed && has_arrived
     }
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 use sinew_control::StrokeRange;
-use sinew_demonstrators::{Catchable, Demonstrator, Tally};
+use sinew_demonstrators::{Catchable, Demonstrator, Tally, Walkable};
 use sinew_lockstep::Lockstep;
 use sinew_rig::Rig;
 
@@ -14,9 +14,6 @@ use crate::args;
 use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::progress::Progress;
-
-/// How long a trial lasts unless it is said, s.
-const LASTS_S: f64 = 600.0;
 
 /// What the trials came to.
 #[derive(Serialize)]
@@ -27,10 +24,15 @@ struct Answer {
     /// Largest error that counts as success, in `unit`.
     claim: f64,
     unit: &'static str,
+    /// How far a machine that walks is to come for that, m.
+    claim_m: Option<f64>,
     successes: usize,
     trials: Vec<Trial>,
     /// Fastest a ball may pass the middle and still be turned back within the claim by any controller, mm/s: by heating the wire, by letting it cool.
     catchable_mm_s: Option<[f64; 2]>,
+    /// Fastest that any controller could walk, mm/s, and the shortest time of a step, s.
+    walkable_mm_s: Option<f64>,
+    step_s: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -40,6 +42,9 @@ struct Trial {
     falls: u64,
     worst: f64,
     rms: f64,
+    /// How far it has come, m, and after which time it had come as far as is claimed, s, if it has.
+    walked_m: Option<f64>,
+    arrived_s: Option<f64>,
     /// Faults the driver has latched.
     faults: Vec<&'static str>,
 }
@@ -47,7 +52,7 @@ struct Trial {
 /// Runs them.
 pub fn trials(demo: &Demo, args: &args::Demo, count: u32) -> Outcome {
     let rig = demo.rig(args)?;
-    let seconds = args.duration_s.unwrap_or(LASTS_S);
+    let seconds = args.duration_s.unwrap_or(demo.lasts_s());
     let first = u64::from(args.seed.unwrap_or(1));
     let progress = Progress::new();
     let done = AtomicU64::new(0);
@@ -56,63 +61,92 @@ pub fn trials(demo: &Demo, args: &args::Demo, count: u32) -> Outcome {
         .map(|seed| {
             let ran = trial(demo, &rig, seed, seconds);
             progress.count("trials", done.fetch_add(1, Ordering::Relaxed) + 1, count.into());
-            ran.map(|(tally, faults)| (seed, tally, faults))
+            ran.map(|ran| (seed, ran))
         })
         .collect::<Result<Vec<_>, Failure>>()?;
     progress.clear();
     let (unit, over_si) = demo.error;
     let trials: Vec<Trial> = ran
         .into_iter()
-        .map(|(seed, tally, faults)| Trial {
+        .map(|(seed, Ran { tally, arrived_s, faults })| Trial {
             seed,
             success: demo.succeeds(&tally) && faults.is_empty(),
             falls: tally.falls,
             worst: tally.worst * over_si,
             rms: tally.mean_square.sqrt() * over_si,
+            walked_m: demo.walks.map(|_| tally.walked_m),
+            arrived_s,
             faults,
         })
         .collect();
     let catchable = Catchable::of(&rig, demo.claim / over_si).map_err(Failure::own)?;
+    let walkable = Walkable::of(&rig).map_err(Failure::own)?;
     let answer = Answer {
         schema: "sinew.demo/1",
         demo: demo.name,
         seconds,
         claim: demo.claim,
         unit,
+        claim_m: demo.walks.map(|walks| walks.metres),
         successes: trials.iter().filter(|trial| trial.success).count(),
         trials,
         catchable_mm_s: catchable.map(|speed| [speed.by_heating_m_s, speed.by_cooling_m_s].map(|v| v * 1e3)),
+        walkable_mm_s: walkable.map(|walkable| walkable.speed_m_s * 1e3),
+        step_s: walkable.map(|walkable| walkable.step_s),
     };
     if args.json { output::print_json(&answer) } else { print(&answer, demo.falls) }
 }
 
 fn print(answer: &Answer, falls: bool) -> Outcome {
-    let Answer { unit, claim, seconds, .. } = *answer;
-    output::print(format_args!("seed   falls   faults   worst {unit}   rms {unit}\n"))?;
-    for Trial { seed, success, falls, worst, rms, faults } in &answer.trials {
+    let Answer { unit, claim, seconds, claim_m, .. } = *answer;
+    let walks = if claim_m.is_some() { "   walked m   arrived s" } else { "" };
+    output::print(format_args!("seed   falls   faults   worst {unit}   rms {unit}{walks}\n"))?;
+    for Trial { seed, success, falls, worst, rms, walked_m, arrived_s, faults } in &answer.trials {
         let mark = if *success { String::new() } else { format!("   ✖ {}", faults.join(", ")) };
+        let arrived = arrived_s.map_or_else(|| "–".into(), |seconds| format!("{seconds:.1}"));
+        let walked = walked_m.map_or_else(String::new, |walked_m| format!("   {walked_m:>8.3}   {arrived:>9}"));
         let faults = faults.len();
         output::print(format_args!(
-            "{seed:>4}   {falls:>5}   {faults:>6}   {worst:>8.2}   {rms:>6.2}{}\n",
+            "{seed:>4}   {falls:>5}   {faults:>6}   {worst:>8.2}   {rms:>6.2}{walked}{}\n",
             mark.trim_end()
         ))?;
     }
     let (successes, all) = (answer.successes, answer.trials.len());
     let never_fell = if falls { "never fell and, " } else { "" };
-    output::print(format_args!(
-        "{successes} of {all} {never_fell}once settled, stayed within {claim} {unit} for {seconds} s\n"
-    ))?;
+    match claim_m {
+        None => output::print(format_args!(
+            "{successes} of {all} {never_fell}once settled, stayed within {claim} {unit} for {seconds} s\n"
+        ))?,
+        Some(metres) => output::print(format_args!(
+            "{successes} of {all} never fell and walked {metres} m within {seconds} s, no further than {claim} {unit} beside the line\n"
+        ))?,
+    }
     if let Some([heating, cooling]) = answer.catchable_mm_s {
         output::print(format_args!(
             "whoever controls it, a ball is turned back within {claim} {unit} if it passes the middle with at most {heating:.0} mm/s towards the \
              wire and {cooling:.0} mm/s away from it\n"
         ))?;
     }
+    if let (Some(speed_mm_s), Some(step_s)) = (answer.walkable_mm_s, answer.step_s) {
+        output::print(format_args!(
+            "whoever controls it, a foot is lifted and set down in no less than {step_s:.2} s, and the wires cool so that it walks at {speed_mm_s:.0} \
+             mm/s at most\n"
+        ))?;
+    }
     Ok(())
 }
 
-/// One trial: how the machine has done, and which faults the driver has latched.
-fn trial(demo: &Demo, rig: &Rig, seed: u64, seconds: f64) -> Result<(Tally, Vec<&'static str>), Failure> {
+/// What has come of a trial.
+struct Ran {
+    tally: Tally,
+    /// When it had come as far as is claimed, s.
+    arrived_s: Option<f64>,
+    /// Faults the driver has latched.
+    faults: Vec<&'static str>,
+}
+
+/// One trial.
+fn trial(demo: &Demo, rig: &Rig, seed: u64, seconds: f64) -> Result<Ran, Failure> {
     let mut rig = rig.clone();
     rig.simulation.seed = seed;
     let mut bench = Lockstep::new(&rig, None).map_err(|error| Failure::own(error.to_string()))?;
@@ -126,10 +160,14 @@ fn trial(demo: &Demo, rig: &Rig, seed: u64, seconds: f64) -> Result<(Tally, Vec<
     let mut mind = (demo.mind)(stroke.stroke_m());
     let watch = machine.watch();
     let (mut said, mut said_s) = (watch.reading().count, 0.0);
+    let (far_m, mut arrived_s) = (demo.walks.map_or(f64::INFINITY, |walks| walks.metres), None);
     for _ in 0..(seconds * rig.rate_hz) as u64 {
         bench.step();
         machine.pass(bench.backend());
         let (reading, time_s) = (watch.reading(), bench.time_s());
+        if arrived_s.is_none() && watch.tally().walked_m >= far_m {
+            arrived_s = Some(time_s);
+        }
         let word = if reading.count != said {
             Some(Some(reading.values.map(|value| f64::from(value) * demo.says.1)))
         } else if time_s - said_s >= demo.silence_s {
@@ -144,7 +182,8 @@ fn trial(demo: &Demo, rig: &Rig, seed: u64, seconds: f64) -> Result<(Tally, Vec<
             }
         }
     }
-    Ok((watch.tally(), bench.trips().iter().map(|trip| trip.fault.flag()).collect()))
+    let faults = bench.trips().iter().map(|trip| trip.fault.flag()).collect();
+    Ok(Ran { tally: watch.tally(), arrived_s, faults })
 }
 
 #[cfg(test)]
@@ -153,7 +192,9 @@ mod tests {
     use super::*;
 
     fn tried(demo: &Demo, text: &str, seed: u64) -> (Tally, Vec<&'static str>) {
-        trial(demo, &Rig::parse(text, "trial.toml").unwrap(), seed, 90.0).unwrap()
+        let seconds = demo.walks.map_or(90.0, |walks| walks.within_s);
+        let Ran { tally, faults, .. } = trial(demo, &Rig::parse(text, "trial.toml").unwrap(), seed, seconds).unwrap();
+        (tally, faults)
     }
 
     #[test]

@@ -3,3 +3,4 @@
 pub mod arm;
 pub mod ball_on_beam;
 pub mod servo;
+pub mod walker;
