@@ -38,6 +38,7 @@ use crate::error::Error;
 use crate::fault_log::FaultLog;
 use crate::inbox::Outbox;
 use crate::orders::{Answer, Ask, Occurrence, Told};
+use crate::setup::joint_algorithm;
 use crate::supervisor::Cooldown;
 
 /// How often everything is looked after while no request is under way: clients of the gateway, events of the loop, the end. The own user's
@@ -59,7 +60,8 @@ const ROUNDING: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub struct ChannelRules {
     model: WireModel,
-    /// Least and most tension that may be asked for in its joint, N; `None` where it has a load of its own.
+    /// Least and most tension that may be asked for in its joint, N; `None` where it has a load of its own, or the joint's law knows nothing
+    /// of the tension.
     joint_tension_n: Option<(f64, f64)>,
     /// Its stroke.
     pub stroke: StrokeRange,
@@ -96,6 +98,7 @@ impl ChannelRules {
                     model,
                     joint_tension_n: rig
                         .joint_of(index)
+                        .filter(|(joint, _)| joint_algorithm(joint).takes_tension())
                         .map(|(joint, _)| (joint.min_tension_n, JointLaw::MOST_TENSION * joint.max_tension_n)),
                     stroke,
                     // A length the wire cannot reach would only overheat it.

@@ -18,7 +18,7 @@ fn main() {
     };
     let ran = run(&plan.only(&filter), &|_| ());
     println!(
-        "{:<20} {:<26} {:<22} {:<10} {:>6} {:>6} {:>5} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6}",
+        "{:<20} {:<30} {:<22} {:<10} {:>6} {:>6} {:>5} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6}",
         "plant",
         "controller",
         "estimator",
@@ -35,17 +35,19 @@ fn main() {
         "T K",
         "draft",
         "T@1s",
+        "pull",
+        "J",
         "swit/s",
         "score"
     );
     for ran in &ran {
         let row = &ran.row;
         let Some(f) = &row.figures else {
-            println!("{:<20} {:<26} {:<22} refused: {:?}", row.plant, row.controller, row.estimator, row.refused);
+            println!("{:<20} {:<30} {:<22} refused: {:?}", row.plant, row.controller, row.estimator, row.refused);
             continue;
         };
         println!(
-            "{:<20} {:<26} {:<22} {:<10} {:>6.2} {:>6.2} {:>5.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.1} {:>6.1} {:>6.2} {}",
+            "{:<20} {:<30} {:<22} {:<10} {:>6.2} {:>6.2} {:>5.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.1} {:>6.2} {:>6.2} {:>6.1} {:>6.2} {}",
             row.plant,
             row.controller,
             row.estimator,
@@ -62,6 +64,8 @@ fn main() {
             f.temperature_rms_k,
             f.draught.deviation_percent,
             f.draught.temperature_error_k,
+            f.load_step.deviation_percent,
+            f.energy_j,
             f.switchings_per_s,
             score::of_row(row).unwrap_or(f64::NAN),
             f.faults.join(", "),

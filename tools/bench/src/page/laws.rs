@@ -178,16 +178,16 @@ pub(super) fn joints(answer: &Answer) -> Markup {
                 p.muted { "Not in this run." }
             } @else {
                 p {
-                    "What pulls the lone wire long again is its load, as fast as the air cools it. On a joint the other wire pulls: with the joint's own law, at the same sines, in % of the agonist's stroke. "
+                    "What pulls the lone wire long again is its load, as fast as the air cools it. On a joint the other wire pulls: with the joint's own laws, at the same sines, in % of the agonist's stroke. "
                     "No bound is known here, and none of it is in the ranking."
                 }
                 div.scroll {
                     table {
                         thead {
                             tr {
-                                th scope="col" rowspan="2" { "pair" } th.n scope="colgroup" colspan=(FREQUENCIES_HZ.len()) { "RMS error on sines, %" }
+                                th scope="col" rowspan="2" { "pair" } th scope="col" rowspan="2" { "law" } th.n scope="colgroup" colspan=(FREQUENCIES_HZ.len()) { "RMS error on sines, %" }
                                 th.n scope="col" rowspan="2" { "steady" br; "RMS, %" } th.n scope="col" rowspan="2" { "over-" br; "shoot, %" }
-                                th.n scope="col" rowspan="2" { "draught:" br; "moved, %" } th.n scope="col" rowspan="2" { "tempera-" br; "ture, K" } th.n scope="col" rowspan="2" { "energy" br; "J" }
+                                th.n scope="col" rowspan="2" { "draught:" br; "moved, %" } th.n scope="col" rowspan="2" { "pull:" br; "moved, %" } th.n scope="col" rowspan="2" { "tempera-" br; "ture, K" } th.n scope="col" rowspan="2" { "energy" br; "J" }
                             }
                             tr { @for f in FREQUENCIES_HZ { th.n scope="col" { (f) " Hz" } } }
                         }
@@ -196,9 +196,10 @@ pub(super) fn joints(answer: &Answer) -> Markup {
                                 @if let Some(f) = &row.figures {
                                     tr {
                                         th scope="row" { code { (row.plant) } br; small.muted { (about(row)) } }
+                                        td { code { (row.controller) } }
                                         @for value in &f.tracking_percents { td.n { (percent(*value)) } }
                                         td.n { (percent(f.steady_rms_percent)) } td.n { (percent(f.overshoot_percent)) }
-                                        td.n { (percent(f.draught.deviation_percent)) } td.n { (fixed(f.draught.temperature_error_k, 1)) } td.n { (fixed(f.energy_j, 1)) }
+                                        td.n { (percent(f.draught.deviation_percent)) } td.n { (percent(f.load_step.deviation_percent)) } td.n { (fixed(f.draught.temperature_error_k, 1)) } td.n { (fixed(f.energy_j, 1)) }
                                     }
                                 }
                             }

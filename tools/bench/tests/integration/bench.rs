@@ -174,7 +174,7 @@ fn a_slow_sine_can_be_followed_and_a_quick_one_cannot() {
 /// The joint's own law on the plant the bench has for it: at 1 Hz two thin wires do what one cannot.
 #[test]
 fn a_pair_follows_what_a_lone_wire_cannot() {
-    let plan = only(&["pair"], &[], &[]);
+    let plan = only(&["pair"], &["decoupling"], &[]);
     assert_eq!(plan.rows(), 1);
     let row = run(&plan, &|_| ()).remove(0).row;
     let figures = row.figures.as_ref().unwrap_or_else(|| panic!("{row:?}"));
