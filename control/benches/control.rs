@@ -149,7 +149,6 @@ fn joint(bencher: Bencher, algorithm: JointAlgorithmKind) {
     };
     let nominal = WireModel { load: joint.nominal_load(), ..told.clone() };
     let settings = JointSettings {
-        algorithm,
         gains: JointGains::default(),
         joint,
         minimum_tension_n: 50e6 * area,
@@ -161,7 +160,7 @@ fn joint(bencher: Bencher, algorithm: JointAlgorithmKind) {
     let mut motion = JointMotion::new(&joint, [&told, &told]).expect("a valid joint");
     let mut wires = [0, 1].map(|side| motion.wire(side, &told).expect("a valid wire"));
     let mut observer = JointObserver::new(&joint, [&nominal, &nominal]).expect("a valid joint");
-    let mut law = JointLaw::new([&nominal, &nominal], &settings).expect("a valid joint");
+    let mut law = JointLaw::new(algorithm, [&nominal, &nominal], &settings).expect("a valid joint");
     let demand = |tick: usize, both: &[Observation; 2], estimate| JointDemand {
         reference_rad: 0.1 * (tick as f64 * 1e-3 * std::f64::consts::TAU).sin(),
         tension_n: f64::NAN,

@@ -640,6 +640,39 @@ mod tests {
         })
     }
 
+    /// A tension is asked of a joint whose law keeps one; of one that knows nothing of it, as of a wire without a spring, none can be.
+    #[test]
+    fn a_tension_is_asked_of_a_law_that_keeps_one() {
+        let wire = |name: &str| {
+            format!(
+                "[[channel]]\nname = \"{name}\"\nwire = {{ diameter_mm = 0.125, length_mm = 160.0 }}\ndrive = {{ supply_v = 6.5 }}\n"
+            )
+        };
+        for (word, takes) in [("decoupling", true), ("differential_force", true), ("resistance_polynomials", false)] {
+            let text = format!(
+                "[rig]\nname = \"bench\"\n{}{}[[joint]]\nname = \"knee\"\nagonist = \"flexor\"\nantagonist = \"extensor\"\n\
+                 radius_mm = 8.0\ninertia_kg_mm2 = 2.5\nalgorithm = \"{word}\"\n",
+                wire("flexor"),
+                wire("extensor")
+            );
+            let rig = Rig::parse(&text, "bench.toml").unwrap_or_else(|e| panic!("{e}"));
+            let rules = ChannelRules::of(&rig).unwrap();
+            let command = Command {
+                client: 1,
+                sequence: 1,
+                channel: 0,
+                kind: CommandKind::Force.code(),
+                value: 2.0,
+                hold_s: 1.0,
+            };
+            match rules[0].check(&command) {
+                Ok((Ask::Tension(n), _)) => assert!(takes && n == 2.0, "{word}"),
+                Err(reply) => assert!(!takes && reply.outcome == Outcome::Unsupported.code(), "{word}: {reply:?}"),
+                Ok(other) => panic!("{word}: {other:?}"),
+            }
+        }
+    }
+
     /// Numbers that have broken things before, beside any bits.
     fn number() -> impl Strategy<Value = f64> {
         prop_oneof![

@@ -11,7 +11,7 @@ use sinew_sensing::Sample;
 
 use crate::channel::{Channel, Happened, Target, Tick};
 use crate::error::Error;
-use crate::setup::joint_settings;
+use crate::setup::{joint_algorithm, joint_settings};
 use crate::supervisor::{Change, Permit};
 
 /// One joint. Its channels are kept with all others.
@@ -47,7 +47,7 @@ impl Joint {
         Ok(Joint {
             channels,
             observer,
-            law: JointLaw::new(models, &settings).map_err(|error| refuse(error.to_string()))?,
+            law: JointLaw::new(joint_algorithm(joint), models, &settings).map_err(|error| refuse(error.to_string()))?,
             regulating: false,
             tension_n: f64::NAN,
             radius_m: joint.mechanics.radius_m,

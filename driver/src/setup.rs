@@ -1,8 +1,8 @@
 //! Configures a channel from the rig file: sensor, observer, check of the taps, law, estimator; and the law of a joint.
 
 use sinew_control::{
-    AlgorithmKind, EstimatorKind, JointAlgorithmKind, JointGains, JointSettings, Modulation, PidGains, Priming, Segment,
-    Settings, StrokeRange,
+    AlgorithmKind, EstimatorKind, JointAlgorithmKind, JointGains, JointSettings, Modulation, PidGains, Priming,
+    Segment, Settings, StrokeRange,
 };
 use sinew_physics::formulas::{SURELY_HOT_K, WORKING_EXCESS_K, heating_power_w, logit, resistance_ohm, stress_shift_k};
 use sinew_physics::{Load, WireModel};
@@ -46,7 +46,6 @@ pub fn settings(channel: &RigChannel) -> Settings {
 /// What a rig file says of a joint's law; its wires agonist first.
 pub fn joint_settings(joint: &RigJoint, wires: [&RigChannel; 2]) -> JointSettings {
     JointSettings {
-        algorithm: joint_algorithm(joint),
         gains: JointGains {
             proportional_per_m: joint.proportional_per_m,
             integral_per_m_s: joint.integral_per_m_s,

@@ -3,7 +3,7 @@
 use super::demand::{JointDemand, PairLaw};
 use super::setup::{JointSettings, MOST_TENSION, PairSetup};
 use super::tension::TensionGuard;
-use super::{AnyJointLaw, TensionKept};
+use super::{AnyJointLaw, JointAlgorithmKind, TensionKept};
 use sinew_physics::{Error, WireModel};
 
 /// A joint's law.
@@ -24,11 +24,11 @@ impl JointLaw {
     ///
     /// # Errors
     /// Parameters that the physics does not accept.
-    pub fn new(models: [&WireModel; 2], settings: &JointSettings) -> Result<JointLaw, Error> {
+    pub fn new(kind: JointAlgorithmKind, models: [&WireModel; 2], settings: &JointSettings) -> Result<JointLaw, Error> {
         let setup = PairSetup::new(models, settings)?;
-        let guarded = settings.algorithm.row().tension != TensionKept::Within;
+        let guarded = kind.row().tension != TensionKept::Within;
         Ok(JointLaw {
-            law: AnyJointLaw::new(&setup),
+            law: AnyJointLaw::new(kind, &setup),
             guard: guarded.then(|| TensionGuard::new(&setup)),
             minimum_duty: setup.settings.minimum_duty,
             blind: false,

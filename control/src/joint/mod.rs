@@ -42,7 +42,7 @@ joint_laws! {
             word: "decoupling",
             takes: [],
             tension: Within,
-            law: "two powers for two rates, of the angle and of the tension, by each wire's line dε/dt = a dσ/dt − b q, see below",
+            law: "two powers for two rates, of the angle and of the tension, by each wire's line dε/dt = a dσ/dt − b q, see above",
             defaults: "none",
             new: Decoupling::new,
         }

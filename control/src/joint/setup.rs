@@ -1,8 +1,6 @@
 //! What the laws of a joint are made from: its mechanics, its wires, their limits, and the rig file's numbers with their defaults.
 
-use super::JointAlgorithmKind;
 use super::stroke::stroke_rad;
-use super::tension::LIMIT_SHARE;
 use crate::laws::PidGains;
 use crate::wire_map::WireMap;
 use sinew_physics::{Error, Joint, WireModel};
@@ -10,8 +8,6 @@ use sinew_physics::{Error, Joint, WireModel};
 /// Numbers of a joint's law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointSettings {
-    /// Which law.
-    pub algorithm: JointAlgorithmKind,
     /// Gains of the PID that some laws are built on.
     pub gains: JointGains,
     /// The joint.
@@ -66,6 +62,8 @@ impl JointSettings {
     }
 }
 
+/// Share of the upper limit of the tension within which heating is cut.
+pub(super) const LIMIT_SHARE: f64 = 0.1;
 /// Share of the maximum tension that can be asked for: above it less is heated.
 pub(super) const MOST_TENSION: f64 = 1.0 - LIMIT_SHARE;
 

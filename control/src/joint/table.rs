@@ -65,8 +65,8 @@ macro_rules! joint_laws {
         }
 
         impl AnyJointLaw {
-            pub fn new(setup: &PairSetup<'_>) -> AnyJointLaw {
-                match setup.settings.algorithm {
+            pub fn new(kind: JointAlgorithmKind, setup: &PairSetup<'_>) -> AnyJointLaw {
+                match kind {
                     $($(JointAlgorithmKind::$Kind => {
                         let new: fn(&PairSetup<'_>) -> $Type = $new;
                         AnyJointLaw::$Type(new(setup))

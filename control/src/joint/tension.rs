@@ -2,7 +2,7 @@
 
 use super::demand::JointDemand;
 use super::observer::JointEstimate;
-use super::setup::{JointSettings, PairSetup};
+use super::setup::{JointSettings, LIMIT_SHARE, PairSetup};
 use crate::estimate::Estimate;
 use crate::wire_map::WireMap;
 
@@ -10,8 +10,6 @@ use crate::wire_map::WireMap;
 pub(super) const CROSS_RATE: f64 = 200.0;
 /// How fast slack wires are warmed along their heating curve, K/s.
 const TAUTEN_K_PER_S: f64 = 20.0;
-/// Share of the upper limit within which heating is cut.
-pub(super) const LIMIT_SHARE: f64 = 0.1;
 /// Around a law that knows nothing of the tension, wires begin to be warmed where it has fallen to so many times its lower limit.
 const WARMED_FROM: f64 = 1.5;
 

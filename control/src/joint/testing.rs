@@ -2,7 +2,7 @@
 
 use super::observer::JointEstimate;
 use super::setup::PairSetup;
-use super::{JointAlgorithmKind, JointDemand, JointGains, JointSettings};
+use super::{JointDemand, JointGains, JointSettings};
 use crate::estimate::Estimate;
 use crate::testing::wire;
 use sinew_physics::{Drive, Geometry, Joint, Material, WireModel};
@@ -26,7 +26,6 @@ pub(super) fn pair<T>(change: impl FnOnce(&mut Material), of: impl FnOnce(&PairS
     };
     let nominal = WireModel { load: joint.nominal_load(), ..told };
     let settings = JointSettings {
-        algorithm: JointAlgorithmKind::Decoupling,
         gains: JointGains::default(),
         joint,
         minimum_tension_n: 50e6 * area_m2,

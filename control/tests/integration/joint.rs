@@ -73,7 +73,6 @@ impl Loop {
         };
         let nominal = WireModel { load: joint.nominal_load(), ..told.clone() };
         let settings = JointSettings {
-            algorithm,
             gains,
             joint,
             minimum_tension_n: 50e6 * area,
@@ -88,7 +87,7 @@ impl Loop {
             motion,
             truth,
             observer: JointObserver::new(&joint, [&nominal, &nominal]).unwrap(),
-            law: JointLaw::new([&nominal, &nominal], &settings).unwrap(),
+            law: JointLaw::new(algorithm, [&nominal, &nominal], &settings).unwrap(),
             duty: [0.02; 2],
             estimate: None,
             stroke: StrokeRange::of(&nominal).unwrap().stroke_m() / radius_m,

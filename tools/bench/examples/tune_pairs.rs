@@ -70,7 +70,10 @@ fn main() {
             .collect();
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (cost, [proportional, integral_s, derivative_s]) in found.iter().take(3) {
-            println!("{law} on {}: {cost:.2} with {proportional:.2} / S, {integral_s:.2} s, {derivative_s:.3} s", plant.name);
+            println!(
+                "{law} on {}: {cost:.2} with {proportional:.2} / S, {integral_s:.2} s, {derivative_s:.3} s",
+                plant.name
+            );
         }
         println!("{law} at worst: {:.2}", found.last().map_or(f64::NAN, |(cost, _)| *cost));
     }

@@ -241,11 +241,14 @@ fn a_cycle_does_not_allocate() {
 /// limits once it has it, and a fault of one wire switches both off at once.
 #[test]
 fn every_law_drives_its_joint() {
-    let athermal = "austenite_resistivity_slope_uohm_cm_per_k = 0.0\nmartensite_resistivity_slope_uohm_cm_per_k = 0.0\n";
+    let athermal =
+        "austenite_resistivity_slope_uohm_cm_per_k = 0.0\nmartensite_resistivity_slope_uohm_cm_per_k = 0.0\n";
     for (algorithm, law) in JointAlgorithm::ALL {
         // those that see the resistance alone do where that is the phase
         let (material, within) = match law {
-            JointAlgorithm::Decoupling | JointAlgorithm::DifferentialForce | JointAlgorithm::DifferentialForceRelay => ("", 0.01),
+            JointAlgorithm::Decoupling | JointAlgorithm::DifferentialForce | JointAlgorithm::DifferentialForceRelay => {
+                ("", 0.01)
+            }
             _ => (athermal, 0.03),
         };
         let mut bench = Bench::new(&rig_under(algorithm, material, 0.05, 12.0, 91));
