@@ -3,7 +3,8 @@
 use sinew_physics::WireModel;
 
 use crate::declare::rows::*;
-use crate::tables::{Channel, JointAlgorithm, MAX_CHANNEL_NAME};
+use crate::tables::control::JointAlgorithm;
+use crate::tables::{Channel, MAX_CHANNEL_NAME};
 
 /// A joint that two channels turn against each other. Their wires have no other load.
 #[derive(Debug, Clone, PartialEq)]
