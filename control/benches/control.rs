@@ -2,8 +2,8 @@
 
 use divan::{Bencher, black_box};
 use sinew_control::{
-    Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, JointDemand, JointLaw, JointObserver,
-    JointSettings, Observation, Settings, StateEstimator, default_lambda,
+    Algorithm, AlgorithmKind, Controller, Demand, Estimate, EstimatorKind, JointAlgorithmKind, JointDemand, JointGains,
+    JointLaw, JointObserver, JointSettings, Observation, Settings, StateEstimator, default_lambda,
 };
 use sinew_physics::{Drive, DriveKind, Geometry, Initial, Inputs, Joint, JointMotion, Load, Material, WireModel};
 
@@ -130,8 +130,8 @@ fn lambda_by_default() -> f64 {
 }
 
 /// A joint's whole cycle: what both wires cost together, on what a simulated pair measured while it followed 1 Hz.
-#[divan::bench]
-fn joint(bencher: Bencher) {
+#[divan::bench(args = JointAlgorithmKind::ALL)]
+fn joint(bencher: Bencher, algorithm: JointAlgorithmKind) {
     let told = WireModel {
         geometry: Geometry { diameter_m: 0.05e-3, length_m: 0.16 },
         drive: Drive { supply_v: 12.0, ..wire().drive },
@@ -149,6 +149,7 @@ fn joint(bencher: Bencher) {
     };
     let nominal = WireModel { load: joint.nominal_load(), ..told.clone() };
     let settings = JointSettings {
+        gains: JointGains::default(),
         joint,
         minimum_tension_n: 50e6 * area,
         tension_n: 200e6 * area,
@@ -159,10 +160,11 @@ fn joint(bencher: Bencher) {
     let mut motion = JointMotion::new(&joint, [&told, &told]).expect("a valid joint");
     let mut wires = [0, 1].map(|side| motion.wire(side, &told).expect("a valid wire"));
     let mut observer = JointObserver::new(&joint, [&nominal, &nominal]).expect("a valid joint");
-    let mut law = JointLaw::new([&nominal, &nominal], &settings).expect("a valid joint");
-    let demand = |tick: usize, estimate| JointDemand {
+    let mut law = JointLaw::new(algorithm, [&nominal, &nominal], &settings).expect("a valid joint");
+    let demand = |tick: usize, both: &[Observation; 2], estimate| JointDemand {
         reference_rad: 0.1 * (tick as f64 * 1e-3 * std::f64::consts::TAU).sin(),
         tension_n: f64::NAN,
+        resistance_ohm: both.map(|seen| seen.resistance_ohm),
         dt_s: 1e-3,
         estimate,
     };
@@ -183,14 +185,14 @@ fn joint(bencher: Bencher) {
             tension_n: f64::NAN,
             dt_s: 1e-3,
         });
-        duty = law.duties(&demand(tick, observer.update([&both[0], &both[1]])));
+        duty = law.duties(&demand(tick, &both, observer.update([&both[0], &both[1]])));
         seen.push(both);
     }
     bencher.counter(divan::counter::ItemsCount::new(1000_usize)).bench_local(|| {
         let mut sum = 0.0;
         for (tick, both) in seen[5000..].iter().enumerate() {
             let estimate = observer.update(black_box([&both[0], &both[1]]));
-            sum += law.duties(&demand(tick, estimate))[0];
+            sum += law.duties(&demand(tick, both, estimate))[0];
         }
         sum
     });

@@ -93,6 +93,11 @@ impl Range {
         Range { minimum, maximum, modulation, owed: 0.0 }
     }
 
+    /// Of a difference of two duties: as far below nothing as above it.
+    pub fn difference(most: f64) -> Range {
+        Range { minimum: -most, maximum: most, modulation: Modulation::Switched, owed: 0.0 }
+    }
+
     /// Maximum where σ says heat, minimum elsewhere.
     #[inline]
     pub fn switch(&self, surface: f64) -> f64 {

@@ -4,7 +4,8 @@
 //!
 //! - [`Algorithm`] runs one of the laws of [`AlgorithmKind`], [`StateEstimator`] one of the estimators of [`EstimatorKind`]. Each
 //!   of both has a file and a row in a table (`src/laws/mod.rs`, `src/estimators/mod.rs`), from which all else follows.
-//! - [`TensionLimits`] stand around any law; [`JointObserver`] and [`JointLaw`] are for two wires that turn one joint.
+//! - [`TensionLimits`] stand around any law; [`JointObserver`] and [`JointLaw`] are for two wires that turn one joint, with a table of
+//!   laws of its own (`src/joint/mod.rs`).
 //! - [`default_lambda`] and [`Reach`] are for tuning, [`LpvModel`] is chapter 9's linear wire.
 //!
 //! ```
@@ -72,7 +73,10 @@ pub use estimate::{Estimate, Observation};
 pub use estimators::{
     EnthalpyObserver, EstimatorKind, EstimatorRow, FusedEstimator, LuenbergerObserver, StateEstimator,
 };
-pub use joint::{JointDemand, JointEstimate, JointLaw, JointObserver, JointSettings};
+pub use joint::{
+    JointAlgorithmKind, JointDemand, JointEstimate, JointGains, JointLaw, JointLawRow, JointObserver, JointSettings,
+    KEYS_OF_JOINT_LAWS, TensionKept,
+};
 pub use lambda::{Lambda, MARGIN, default_lambda};
 pub use laws::{AlgorithmKind, KEYS_OF_LAWS, LawRow, PidGains, Priming, Segment, TensionLimits};
 pub use lpv::{Coupling, LpvError, LpvModel, OperatingPoint, StateSpace};

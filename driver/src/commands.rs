@@ -38,6 +38,7 @@ use crate::error::Error;
 use crate::fault_log::FaultLog;
 use crate::inbox::Outbox;
 use crate::orders::{Answer, Ask, Occurrence, Told};
+use crate::setup::joint_algorithm;
 use crate::supervisor::Cooldown;
 
 /// How often everything is looked after while no request is under way: clients of the gateway, events of the loop, the end. The own user's
@@ -59,7 +60,8 @@ const ROUNDING: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub struct ChannelRules {
     model: WireModel,
-    /// Least and most tension that may be asked for in its joint, N; `None` where it has a load of its own.
+    /// Least and most tension that may be asked for in its joint, N; `None` where it has a load of its own, or the joint's law knows nothing
+    /// of the tension.
     joint_tension_n: Option<(f64, f64)>,
     /// Its stroke.
     pub stroke: StrokeRange,
@@ -96,6 +98,7 @@ impl ChannelRules {
                     model,
                     joint_tension_n: rig
                         .joint_of(index)
+                        .filter(|(joint, _)| joint_algorithm(joint).takes_tension())
                         .map(|(joint, _)| (joint.min_tension_n, JointLaw::MOST_TENSION * joint.max_tension_n)),
                     stroke,
                     // A length the wire cannot reach would only overheat it.
@@ -635,6 +638,39 @@ mod tests {
             let rig = Rig::parse(&text.concat(), "bench.toml").unwrap_or_else(|e| panic!("{e}"));
             ChannelRules::of(&rig).unwrap()
         })
+    }
+
+    /// A tension is asked of a joint whose law keeps one; of one that knows nothing of it, as of a wire without a spring, none can be.
+    #[test]
+    fn a_tension_is_asked_of_a_law_that_keeps_one() {
+        let wire = |name: &str| {
+            format!(
+                "[[channel]]\nname = \"{name}\"\nwire = {{ diameter_mm = 0.125, length_mm = 160.0 }}\ndrive = {{ supply_v = 6.5 }}\n"
+            )
+        };
+        for (word, takes) in [("decoupling", true), ("differential_force", true), ("resistance_polynomials", false)] {
+            let text = format!(
+                "[rig]\nname = \"bench\"\n{}{}[[joint]]\nname = \"knee\"\nagonist = \"flexor\"\nantagonist = \"extensor\"\n\
+                 radius_mm = 8.0\ninertia_kg_mm2 = 2.5\nalgorithm = \"{word}\"\n",
+                wire("flexor"),
+                wire("extensor")
+            );
+            let rig = Rig::parse(&text, "bench.toml").unwrap_or_else(|e| panic!("{e}"));
+            let rules = ChannelRules::of(&rig).unwrap();
+            let command = Command {
+                client: 1,
+                sequence: 1,
+                channel: 0,
+                kind: CommandKind::Force.code(),
+                value: 2.0,
+                hold_s: 1.0,
+            };
+            match rules[0].check(&command) {
+                Ok((Ask::Tension(n), _)) => assert!(takes && n == 2.0, "{word}"),
+                Err(reply) => assert!(!takes && reply.outcome == Outcome::Unsupported.code(), "{word}: {reply:?}"),
+                Ok(other) => panic!("{word}: {other:?}"),
+            }
+        }
     }
 
     /// Numbers that have broken things before, beside any bits.

@@ -4,13 +4,14 @@
 //! A joint's two wires share one target. A length or stroke commanded to either is an angle of the joint; the
 //! other wire's target is its length at that angle. A fault of one wire switches both off in the same cycle.
 
-use sinew_control::{JointDemand, JointLaw, JointObserver, JointSettings};
+use sinew_control::{JointDemand, JointLaw, JointObserver};
 use sinew_ipc::{ChannelState, Fault};
 use sinew_rig::{Joint as RigJoint, Rig};
 use sinew_sensing::Sample;
 
 use crate::channel::{Channel, Happened, Target, Tick};
 use crate::error::Error;
+use crate::setup::{joint_algorithm, joint_settings};
 use crate::supervisor::{Change, Permit};
 
 /// One joint. Its channels are kept with all others.
@@ -42,18 +43,11 @@ impl Joint {
         let models = [&models[0], &models[1]];
         let observer = JointObserver::new(&joint.mechanics, models).map_err(|error| refuse(error.to_string()))?;
         let rest_m = joint.mechanics.rest_m(models).map_err(|error| refuse(error.to_string()))?;
-        let settings = JointSettings {
-            joint: joint.mechanics,
-            minimum_tension_n: joint.min_tension_n,
-            tension_n: joint.tension_n,
-            maximum_tension_n: joint.max_tension_n,
-            minimum_duty: wires.map(|wire| wire.control.minimum_duty),
-            maximum_duty: wires.map(|wire| wire.limits.max_duty),
-        };
+        let settings = joint_settings(joint, wires);
         Ok(Joint {
             channels,
             observer,
-            law: JointLaw::new(models, &settings).map_err(|error| refuse(error.to_string()))?,
+            law: JointLaw::new(joint_algorithm(joint), models, &settings).map_err(|error| refuse(error.to_string()))?,
             regulating: false,
             tension_n: f64::NAN,
             radius_m: joint.mechanics.radius_m,
@@ -122,8 +116,13 @@ impl Joint {
                     self.law.reset();
                 }
                 let reference_rad = self.angle_rad(0, reference_m);
-                let demand =
-                    JointDemand { reference_rad, tension_n: self.tension_n, dt_s: tick.dt_s, estimate: believed };
+                let demand = JointDemand {
+                    reference_rad,
+                    tension_n: self.tension_n,
+                    resistance_ohm: seen.map(|seen| seen.resistance_ohm),
+                    dt_s: tick.dt_s,
+                    estimate: believed,
+                };
                 self.law.duties(&demand).map(Some)
             }
             _ => [None; 2],

@@ -1,10 +1,14 @@
-//! Configures a channel from the rig file: sensor, observer, check of the taps, law, estimator.
+//! Configures a channel from the rig file: sensor, observer, check of the taps, law, estimator; and the law of a joint.
 
-use sinew_control::{AlgorithmKind, EstimatorKind, Modulation, PidGains, Priming, Segment, Settings, StrokeRange};
+use sinew_control::{
+    AlgorithmKind, EstimatorKind, JointAlgorithmKind, JointGains, JointSettings, Modulation, PidGains, Priming,
+    Segment, Settings, StrokeRange,
+};
 use sinew_physics::formulas::{SURELY_HOT_K, WORKING_EXCESS_K, heating_power_w, logit, resistance_ohm, stress_shift_k};
 use sinew_physics::{Load, WireModel};
 use sinew_rig::{
-    Algorithm as RigAlgorithm, Channel as RigChannel, Estimator as RigEstimator, RapidHeating, SamplingCircuit, Sensing,
+    Algorithm as RigAlgorithm, Channel as RigChannel, Estimator as RigEstimator, Joint as RigJoint,
+    JointAlgorithm as RigJointAlgorithm, RapidHeating, SamplingCircuit, Sensing,
 };
 use sinew_sensing::{
     Bounds, Converter, Drive, LengthSensor, LengthSensorConfig, Method, ObserverConfig, ResistanceLine, SlideConfig,
@@ -39,6 +43,28 @@ pub fn settings(channel: &RigChannel) -> Settings {
     }
 }
 
+/// What a rig file says of a joint's law; its wires agonist first.
+pub fn joint_settings(joint: &RigJoint, wires: [&RigChannel; 2]) -> JointSettings {
+    JointSettings {
+        gains: JointGains {
+            proportional_per_m: joint.proportional_per_m,
+            integral_per_m_s: joint.integral_per_m_s,
+            derivative_s_per_m: joint.derivative_s_per_m,
+        },
+        joint: joint.mechanics,
+        minimum_tension_n: joint.min_tension_n,
+        tension_n: joint.tension_n,
+        maximum_tension_n: joint.max_tension_n,
+        minimum_duty: wires.map(|wire| wire.control.minimum_duty),
+        maximum_duty: wires.map(|wire| wire.limits.max_duty),
+    }
+}
+
+/// The law that a rig file asks for a joint.
+pub fn joint_algorithm(joint: &RigJoint) -> JointAlgorithmKind {
+    JointAlgorithmKind::ALL[joint.algorithm as usize]
+}
+
 /// The estimator that a rig file asks for.
 pub fn estimator(channel: &RigChannel) -> EstimatorKind {
     EstimatorKind::ALL[channel.control.estimator as usize]
@@ -54,6 +80,19 @@ const _: () = {
     while i < RigAlgorithm::ALL.len() {
         let (word, algorithm) = RigAlgorithm::ALL[i];
         assert!(algorithm as usize == i && is_same(word, AlgorithmKind::ALL[i].word()), "a law of another word");
+        i += 1;
+    }
+    let mut i = 0;
+    assert!(
+        RigJointAlgorithm::ALL.len() == JointAlgorithmKind::ALL.len(),
+        "the rig file lacks a law of a joint: run SINEW_BLESS=1 cargo test -p sinew-control"
+    );
+    while i < RigJointAlgorithm::ALL.len() {
+        let (word, algorithm) = RigJointAlgorithm::ALL[i];
+        assert!(
+            algorithm as usize == i && is_same(word, JointAlgorithmKind::ALL[i].word()),
+            "a joint's law of another word"
+        );
         i += 1;
     }
     let mut i = 0;

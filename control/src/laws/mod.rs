@@ -4,7 +4,8 @@
 //! `SINEW_BLESS=1 cargo test -p sinew-control --test integration tables::`. Rig file, driver, bench, command line and docs follow from the row.
 
 mod cubic;
-mod fuzzy;
+mod curve;
+pub(crate) mod fuzzy;
 mod hold;
 mod linearised;
 mod loop_shaping;
@@ -12,7 +13,7 @@ mod network;
 mod neural;
 mod optimal;
 mod pace;
-mod pid;
+pub(crate) mod pid;
 mod polynomial;
 mod prandtl_ishlinskii;
 mod predictive;
@@ -31,6 +32,7 @@ mod stress;
 mod temperature;
 mod tension;
 
+pub(crate) use curve::{Polynomial, Scale, Side};
 pub use pid::PidGains;
 pub use rapid_heating::Priming;
 pub(crate) use rapid_heating::RapidHeating;

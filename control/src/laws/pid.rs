@@ -54,14 +54,15 @@ pub struct Pid {
 
 /// The duty that the sum of the terms asks for, and what of it is given.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Answer {
+pub(crate) struct Answer {
     pub wanted: f64,
     pub given: f64,
 }
 
 impl Pid {
     pub(crate) fn new(gains: PidGains, feedforward: bool, range: Range) -> Pid {
-        let integral = if feedforward { 0.0 } else { range.minimum };
+        // a difference of two duties begins with none
+        let integral = if feedforward { 0.0 } else { range.minimum.max(0.0) };
         Pid { gains, feedforward, range, integral, velocity: 0.0 }
     }
 }
@@ -69,19 +70,19 @@ impl Pid {
 impl Pid {
     /// The duty where `fed_forward` is added to the sum of the three terms; the demand is usable.
     #[inline]
-    pub(super) fn give(&mut self, demand: &Demand, fed_forward: f64) -> f64 {
+    pub(crate) fn give(&mut self, demand: &Demand, fed_forward: f64) -> f64 {
         self.give_with(&{ self.gains }, demand, fed_forward)
     }
 
     /// The same with other gains than its own.
     #[inline]
-    pub(super) fn give_with(&mut self, g: &PidGains, demand: &Demand, fed_forward: f64) -> f64 {
+    pub(crate) fn give_with(&mut self, g: &PidGains, demand: &Demand, fed_forward: f64) -> f64 {
         self.answer(g, demand.length_m - demand.reference_m, demand.velocity_m_s, demand.dt_s, fed_forward).given
     }
 
     /// The same of an error, m, and a velocity, m/s, that need not be those of the length, after `dt_s`.
     #[inline]
-    pub(super) fn answer(&mut self, g: &PidGains, error: f64, velocity: f64, dt_s: f64, fed_forward: f64) -> Answer {
+    pub(crate) fn answer(&mut self, g: &PidGains, error: f64, velocity: f64, dt_s: f64, fed_forward: f64) -> Answer {
         self.velocity += (velocity - self.velocity) * dt_s / (g.filter_s + dt_s);
         let wanted = g.proportional_per_m * error + g.derivative_s_per_m * self.velocity + self.integral + fed_forward;
         // in this order a NaN becomes the minimum

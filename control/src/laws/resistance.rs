@@ -11,14 +11,14 @@
 //! the side of the loop is that to which the resistance last moved by more than its noise. What they cannot know is the temperature
 //! of a wire that stands still or does not transform, which changes its resistance as well (chapter 7).
 
+use super::curve::{Polynomial, Scale, Side};
 use super::fuzzy::FuzzyPid;
 use super::network::{Network, Sample};
 use super::pid::{Pid, PidGains};
-use super::simulated::{Moving, least_squares, reference, slowly};
+use super::simulated::{Moving, reference, slowly};
 use crate::demand::{Demand, Law, Range};
 use crate::wire_map::WireMap;
 use sinew_physics::{Initial, Wire, WireModel};
-use sinew_state_space::{DMatrix, DVector};
 
 /// Terms of the polynomial.
 const TERMS: usize = 6;
@@ -33,69 +33,13 @@ const BEYOND_WIDTHS: f64 = 6.0;
 const SAMPLES: usize = 600;
 /// Time in which readings are averaged, s.
 const FILTER_S: f64 = 0.01;
-/// A resistance has turned when it has come back by that share of its range.
-const TURNED: f64 = 0.05;
-
-/// On which side of its loop a resistance is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Side {
-    falling: bool,
-    /// The farthest since it last turned, in half ranges.
-    farthest: f64,
-}
-
-impl Side {
-    /// Of a wire that is cold and heated next.
-    const COLD: Side = Side { falling: true, farthest: 1.0 };
-
-    #[inline]
-    fn follow(&mut self, resistance: f64) {
-        let ahead = if self.falling { self.farthest - resistance } else { resistance - self.farthest };
-        if ahead >= 0.0 {
-            self.farthest = resistance;
-        } else if ahead < -TURNED {
-            *self = Side { falling: !self.falling, farthest: resistance };
-        }
-    }
-
-    #[inline]
-    fn sign(&self) -> f64 {
-        if self.falling { 1.0 } else { -1.0 }
-    }
-}
-
-/// The middle and half the range of what a gauge takes or gives.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Scale {
-    middle: f64,
-    half: f64,
-}
-
-impl Scale {
-    /// `None` of what does not vary.
-    fn of(values: impl Iterator<Item = f64> + Clone) -> Option<Scale> {
-        let (least, most) = (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max));
-        let half = 0.5 * (most - least);
-        (half > 1e-9).then_some(Scale { middle: 0.5 * (most + least), half })
-    }
-
-    #[inline]
-    fn down(&self, value: f64) -> f64 {
-        (value - self.middle) / self.half
-    }
-
-    #[inline]
-    fn up(&self, share: f64) -> f64 {
-        self.middle + self.half * share
-    }
-}
 
 /// What makes a length of a resistance.
 // By value: it lies in the channel's struct, where the loop touches it.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy)]
 enum Curve {
-    Polynomial([f64; TERMS]),
+    Polynomial(Polynomial<TERMS>),
     Network(Network<2, NEURONS>),
 }
 
@@ -153,10 +97,9 @@ impl Gauge {
         let curve = if with_network {
             Curve::Network(Network::trained(&samples, SEED)?)
         } else {
-            let rows = DMatrix::from_fn(samples.len(), TERMS, |i, j| samples[i].0[0].powi(j as i32));
-            let wanted = DVector::from_fn(samples.len(), |i, _| samples[i].1);
-            let found = least_squares(rows, &wanted)?;
-            Curve::Polynomial(std::array::from_fn(|k| found[k]))
+            Curve::Polynomial(Polynomial::fitted(
+                samples.iter().map(|([resistance, _], length)| (*resistance, *length)),
+            )?)
         };
         Some(Gauge { curve, resistance, length, side: Side::COLD, now: None })
     }
@@ -166,7 +109,7 @@ impl Gauge {
     fn length_m(&self, resistance: f64) -> f64 {
         let at = resistance.clamp(-1.0, 1.0);
         let share = match &self.curve {
-            Curve::Polynomial(terms) => terms.iter().rev().fold(0.0, |sum, term| sum * at + term),
+            Curve::Polynomial(polynomial) => polynomial.at(at),
             Curve::Network(network) => network.output(&[at, self.side.sign()]),
         };
         self.length.up(share.clamp(-1.0, 1.0))
@@ -281,22 +224,6 @@ mod tests {
         let polynomial = off(&mut Gauge::fitted(&model, &map, false).unwrap(), &seen);
         let network = off(&mut Gauge::fitted(&model, &map, true).unwrap(), &seen);
         assert!(polynomial < 0.35 && network < 0.5 * polynomial, "{polynomial} {network}");
-    }
-
-    /// A resistance has turned when it has come back by more than its noise.
-    #[test]
-    fn a_side_is_left_behind_the_noise() {
-        let mut side = Side::COLD;
-        for resistance in [0.9, 0.5, 0.53, 0.5, 0.2, 0.24] {
-            side.follow(resistance);
-            assert!(side.falling);
-        }
-        side.follow(0.26);
-        assert_eq!(side, Side { falling: false, farthest: 0.26 });
-        side.follow(0.22);
-        assert!(!side.falling);
-        side.follow(0.2);
-        assert!(side.falling);
     }
 
     /// The length that the law is given does not matter; without a resistance it goes on with the last, and before the first it gives the least.

@@ -8,7 +8,7 @@ use sinew_physics::*;
 const DT: f64 = 1e-3;
 const LENGTH: f64 = 0.16;
 
-fn model(diameter_mm: f64, supply_v: f64) -> WireModel {
+pub(crate) fn model(diameter_mm: f64, supply_v: f64) -> WireModel {
     WireModel {
         geometry: Geometry { diameter_m: diameter_mm * 1e-3, length_m: LENGTH },
         material: Material::default(),
@@ -22,21 +22,44 @@ fn model(diameter_mm: f64, supply_v: f64) -> WireModel {
 }
 
 /// What is simulated and what looks at it; the truth may differ from what the observer was told.
-struct Loop {
+pub(crate) struct Loop {
     truth: WireModel,
-    motion: JointMotion,
-    wires: [Wire; 2],
+    pub motion: JointMotion,
+    pub wires: [Wire; 2],
     observer: JointObserver,
-    law: JointLaw,
-    duty: [f64; 2],
-    estimate: Option<JointEstimate>,
-    stroke: f64,
+    pub law: JointLaw,
+    pub duty: [f64; 2],
+    pub estimate: Option<JointEstimate>,
+    pub stroke: f64,
     noise: u64,
     sigma_m: f64,
 }
 
 impl Loop {
     fn new(told: &WireModel, truth: WireModel, sigma_m: f64) -> Loop {
+        Loop::under(JointAlgorithmKind::Decoupling, 0.0, told, truth, sigma_m)
+    }
+
+    /// Under a law with its own gains, on a joint with a spring of its own, N m a rad.
+    pub fn under(
+        algorithm: JointAlgorithmKind,
+        spring_n_m: f64,
+        told: &WireModel,
+        truth: WireModel,
+        sigma_m: f64,
+    ) -> Loop {
+        Loop::with(algorithm, JointGains::default(), spring_n_m, told, truth, sigma_m)
+    }
+
+    /// The same with gains.
+    pub fn with(
+        algorithm: JointAlgorithmKind,
+        gains: JointGains,
+        spring_n_m: f64,
+        told: &WireModel,
+        truth: WireModel,
+        sigma_m: f64,
+    ) -> Loop {
         let area = told.geometry.area_m2();
         let (radius_m, inertia_kg_m2) = (0.008, 2.5e-6);
         let stiffness = 2.0 * 75e9 * area / LENGTH;
@@ -44,12 +67,13 @@ impl Loop {
             radius_m,
             inertia_kg_m2,
             damping_n_m_s: 0.6 * (radius_m * radius_m * stiffness * inertia_kg_m2).sqrt(),
-            spring_n_m: 0.0,
+            spring_n_m,
             torque_n_m: 0.0,
             pretension_n: 100e6 * area,
         };
         let nominal = WireModel { load: joint.nominal_load(), ..told.clone() };
         let settings = JointSettings {
+            gains,
             joint,
             minimum_tension_n: 50e6 * area,
             tension_n: 200e6 * area,
@@ -63,7 +87,7 @@ impl Loop {
             motion,
             truth,
             observer: JointObserver::new(&joint, [&nominal, &nominal]).unwrap(),
-            law: JointLaw::new([&nominal, &nominal], &settings).unwrap(),
+            law: JointLaw::new(algorithm, [&nominal, &nominal], &settings).unwrap(),
             duty: [0.02; 2],
             estimate: None,
             stroke: StrokeRange::of(&nominal).unwrap().stroke_m() / radius_m,
@@ -83,12 +107,12 @@ impl Loop {
     }
 
     /// One period towards an angle, rad.
-    fn step(&mut self, reference_rad: f64) {
+    pub fn step(&mut self, reference_rad: f64) {
         self.step_with(reference_rad, f64::NAN);
     }
 
     /// One period towards an angle, rad, and a tension, N.
-    fn step_with(&mut self, reference_rad: f64, tension_n: f64) {
+    pub fn step_with(&mut self, reference_rad: f64, tension_n: f64) {
         let inputs = self.duty.map(|duty| Inputs { drive: duty, ..self.truth.rest_inputs() });
         let before = self.wires.each_ref().map(|wire| wire.energy().heat_in_j);
         let [agonist, antagonist] = &mut self.wires;
@@ -108,12 +132,13 @@ impl Loop {
             }
         });
         let estimate = self.observer.update([&seen[0], &seen[1]]);
-        self.duty = self.law.duties(&JointDemand { tension_n, reference_rad, dt_s: DT, estimate });
+        let resistance_ohm = seen.map(|seen| seen.resistance_ohm);
+        self.duty = self.law.duties(&JointDemand { tension_n, resistance_ohm, reference_rad, dt_s: DT, estimate });
         self.estimate = Some(estimate);
     }
 
     /// Follows a sine of a quarter of the stroke; RMS error over the last `judged` seconds, in strokes.
-    fn follow(&mut self, hz: f64, seconds: f64, judged: f64) -> f64 {
+    pub fn follow(&mut self, hz: f64, seconds: f64, judged: f64) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
         for tick in 0..(seconds / DT) as usize {
             let time = tick as f64 * DT;
@@ -260,7 +285,8 @@ fn two_cold_wires_are_known_to_be_slack() {
         estimate = joint.observer.update([&seen, &seen]);
     }
     assert!(estimate.is_slack && estimate.slack_m > 1e-3, "{estimate:?}");
-    let demand = JointDemand { tension_n: f64::NAN, reference_rad: 0.0, dt_s: DT, estimate };
+    let demand =
+        JointDemand { tension_n: f64::NAN, resistance_ohm: [f64::NAN; 2], reference_rad: 0.0, dt_s: DT, estimate };
     let duties = joint.law.duties(&demand);
     assert!(duties.iter().all(|duty| *duty > 0.05) && joint.law.is_limited(), "both are warmed: {duties:?}");
 }
@@ -273,7 +299,13 @@ fn nothing_is_heated_at_the_tension_limit() {
     let mut estimate = joint.estimate.unwrap();
     estimate.tension_n = [2.0; 2];
     for reference_rad in [-0.3, 0.0, 0.3] {
-        let duties = joint.law.duties(&JointDemand { tension_n: f64::NAN, reference_rad, dt_s: DT, estimate });
+        let duties = joint.law.duties(&JointDemand {
+            tension_n: f64::NAN,
+            resistance_ohm: [f64::NAN; 2],
+            reference_rad,
+            dt_s: DT,
+            estimate,
+        });
         assert_eq!(duties, [0.02; 2]);
         assert!(joint.law.is_limited());
     }
@@ -305,6 +337,7 @@ proptest! {
     fn no_input_makes_it_unsafe(inputs in prop::collection::vec((any::<f64>(), any::<f64>(), any::<f64>(), any::<f64>(), any::<f64>()), 1..20)) {
         let told = model(0.05, 12.0);
         let mut joint = Loop::new(&told, told.clone(), 30e-6);
+        let mut others = JointAlgorithmKind::ALL.map(|kind| Loop::under(kind, 0.0, &told, told.clone(), 30e-6).law);
         (0..50).for_each(|_| joint.step(0.1));
         for (length_m, power_w, resistance_ohm, reference_rad, dt_s) in inputs {
             let odd = Observation {
@@ -316,11 +349,13 @@ proptest! {
                 prop_assert!(wire.temperature_c.is_finite() && (0.0..=1.0).contains(&wire.martensite), "{wire:?}");
             }
             for demand in [
-                JointDemand { tension_n: f64::NAN, reference_rad, dt_s, estimate },
-                JointDemand { tension_n: f64::NAN, reference_rad: 0.1, dt_s: DT, estimate },
+                JointDemand { tension_n: f64::NAN, resistance_ohm: [resistance_ohm, power_w], reference_rad, dt_s, estimate },
+                JointDemand { tension_n: power_w, resistance_ohm: [74.0, resistance_ohm], reference_rad: 0.1, dt_s: DT, estimate },
             ] {
-                let duties = joint.law.duties(&demand);
-                prop_assert!(duties.iter().all(|duty| (0.02..=1.0).contains(duty)), "{duties:?}");
+                for law in std::iter::once(&mut joint.law).chain(&mut others) {
+                    let duties = law.duties(&demand);
+                    prop_assert!(duties.iter().all(|duty| (0.02..=1.0).contains(duty)), "{law:?}: {duties:?}");
+                }
             }
         }
         // and it comes back

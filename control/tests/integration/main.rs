@@ -2,6 +2,7 @@
 
 mod closed_loop;
 mod joint;
+mod joint_laws;
 mod laws;
 mod observers;
 mod observing;

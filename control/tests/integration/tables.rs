@@ -1,4 +1,4 @@
-//! The tables of laws and estimators are the single source. Copies in places that may not depend on this
+//! The tables of laws, of a wire and of a joint, and estimators are the single source. Copies in places that may not depend on this
 //! crate or are not Rust are generated from them: the words of the rig file, and the tables of docs/control-laws.md.
 //!
 //! `SINEW_BLESS=1 cargo test -p sinew-control --test integration tables::` writes them.
@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use sinew_control::{AlgorithmKind, EstimatorKind, KEYS_OF_LAWS};
+use sinew_control::{AlgorithmKind, EstimatorKind, JointAlgorithmKind, KEYS_OF_JOINT_LAWS, KEYS_OF_LAWS};
 
 /// A file of the project, by its path from the top.
 fn path(of: &str) -> std::path::PathBuf {
@@ -39,6 +39,14 @@ fn laws() -> String {
     out
 }
 
+fn joint_laws() -> String {
+    let mut out = "| word | law | defaults |\n|---|---|---|\n".to_string();
+    for row in JointAlgorithmKind::ALL.map(JointAlgorithmKind::row) {
+        writeln!(out, "| `{}` | {} | {} |", row.word, row.law, row.defaults).unwrap();
+    }
+    out
+}
+
 fn estimators() -> String {
     let mut out = "| word | estimates by | temperature trusted by the supervisor |\n|---|---|---|\n".to_string();
     for row in EstimatorKind::ALL.map(EstimatorKind::row) {
@@ -51,7 +59,7 @@ fn estimators() -> String {
 #[test]
 fn the_page_carries_the_tables() {
     let page = std::fs::read_to_string(path("docs/control-laws.md")).unwrap();
-    let page = with_table(&page, "laws", &laws());
+    let page = with_table(&with_table(&page, "laws", &laws()), "joint laws", &joint_laws());
     says("docs/control-laws.md", &with_table(&page, "estimators", &estimators()));
 }
 
@@ -68,18 +76,31 @@ fn rows(out: &mut String, rows: &[(&str, &str, &[&str])], more: impl Fn(usize) -
 /// `rig` is below this crate and cannot ask it: so the words that a rig file may choose from are written there, the default first.
 #[test]
 fn the_rig_file_has_the_words_of_the_tables() {
-    let mut out = "//! The words of the control laws and estimators, and which keys each law takes.\n//!\n\
-        //! Written from the tables in `control/src/laws/mod.rs` and `control/src/estimators/mod.rs`, which own them: do not edit.\n\
+    let mut out = "//! The words of the control laws, of a wire and of a joint, and of the estimators, and which keys each law takes.\n//!\n\
+        //! Written from the tables in `control/src/laws/mod.rs`, `control/src/joint/mod.rs` and `control/src/estimators/mod.rs`, which own\n\
+        //! them: do not edit.\n\
         //! `SINEW_BLESS=1 cargo test -p sinew-control --test integration tables::` writes it anew.\n\n\
         use crate::declare::rows::*;\n\n"
         .to_string();
     let laws = AlgorithmKind::ALL.map(|kind| (kind.row().variant, kind.word(), kind.row().says));
-    writeln!(out, "#[rustfmt::skip]\nlaws! {{\n    default {};", laws[0].0).unwrap();
     let takes = |index: usize| {
         let row = AlgorithmKind::ALL[index].row();
         assert!(row.takes.iter().all(|key| KEYS_OF_LAWS.contains(key)), "{row:?}");
         format!(", takes {:?}", row.takes)
     };
+    let head = |about: &str, name: &str, default: &str| {
+        format!("#[rustfmt::skip]\nlaws! {{\n    /// {about}\n    pub enum {name}, default {default};\n")
+    };
+    out += &head("The control law of a wire.", "Algorithm", laws[0].0);
+    rows(&mut out, &laws, takes, ';', "    ");
+    out += "}\n\n";
+    let laws = JointAlgorithmKind::ALL.map(|kind| (kind.row().variant, kind.word(), kind.row().says));
+    let takes = |index: usize| {
+        let row = JointAlgorithmKind::ALL[index].row();
+        assert!(row.takes.iter().all(|key| KEYS_OF_JOINT_LAWS.contains(key)), "{row:?}");
+        format!(", takes {:?}", row.takes)
+    };
+    out += &head("The control law of a joint.", "JointAlgorithm", laws[0].0);
     rows(&mut out, &laws, takes, ';', "    ");
     let about = "What the wire's temperature and phase are estimated by.";
     let estimators = EstimatorKind::ALL.map(|kind| (kind.row().variant, kind.word(), kind.row().says));

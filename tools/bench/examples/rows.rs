@@ -1,7 +1,13 @@
 //! Rows of the bench as a table: `rows [PLANT|-] [CONTROLLER|-] [ESTIMATOR|-] [SEEDS] [scoring]`; with `scoring` on the seeds that are
 //! scored with and with every plant, else on those to develop with.
 
-use sinew_bench::{Filter, Plan, run, score};
+use sinew_bench::{Figures, Filter, Plan, run, score};
+
+/// The highest frequency up to which the sines are followed within 1 % of the stroke, RMS, Hz; 0 where none is.
+fn band_hz(figures: &Figures) -> f64 {
+    let followed = figures.tracking.iter().take_while(|one| one.rms_percent < 1.0);
+    followed.last().map_or(0.0, |one| one.frequency_hz)
+}
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -18,7 +24,7 @@ fn main() {
     };
     let ran = run(&plan.only(&filter), &|_| ());
     println!(
-        "{:<20} {:<26} {:<22} {:<10} {:>6} {:>6} {:>5} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6}",
+        "{:<24} {:<30} {:<22} {:<10} {:>6} {:>6} {:>6} {:>5} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6} {:>6}",
         "plant",
         "controller",
         "estimator",
@@ -32,20 +38,23 @@ fn main() {
         "cycle",
         "0.25Hz",
         "1 Hz",
+        "<1%Hz",
         "T K",
         "draft",
         "T@1s",
+        "pull",
+        "J",
         "swit/s",
         "score"
     );
     for ran in &ran {
         let row = &ran.row;
         let Some(f) = &row.figures else {
-            println!("{:<20} {:<26} {:<22} refused: {:?}", row.plant, row.controller, row.estimator, row.refused);
+            println!("{:<24} {:<30} {:<22} refused: {:?}", row.plant, row.controller, row.estimator, row.refused);
             continue;
         };
         println!(
-            "{:<20} {:<26} {:<22} {:<10} {:>6.2} {:>6.2} {:>5.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.1} {:>6.1} {:>6.2} {}",
+            "{:<24} {:<30} {:<22} {:<10} {:>6.2} {:>6.2} {:>6.2} {:>5.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.2} {:>6.1} {:>6.2} {:>6.2} {:>6.1} {:>6.2} {}",
             row.plant,
             row.controller,
             row.estimator,
@@ -59,9 +68,12 @@ fn main() {
             f.limit_cycle_percent,
             f.tracking_percent(0.25),
             f.tracking_percent(1.0),
+            band_hz(f),
             f.temperature_rms_k,
             f.draught.deviation_percent,
             f.draught.temperature_error_k,
+            f.load_step.deviation_percent,
+            f.energy_j,
             f.switchings_per_s,
             score::of_row(row).unwrap_or(f64::NAN),
             f.faults.join(", "),

@@ -1,6 +1,6 @@
-//! The choices on a channel: every value of the rig file's keys for controller, estimator and sensing.
+//! The choices on a channel: every value of the rig file's keys for controller, estimator and sensing; and on a joint.
 
-use sinew_rig::words;
+use sinew_rig::{JointAlgorithm, words};
 
 /// The rig file's table the three words stand in.
 const TABLE: &str = "channel.control";
@@ -34,9 +34,14 @@ impl Choice {
         all
     }
 
-    /// What a joint has: its one law and one observer, whatever its channels' words say; see docs/control-laws.md.
-    pub fn of_joint() -> Choice {
-        Choice { controller: "joint".into(), estimator: "joint".into(), sensing: "dual".into() }
+    /// Every one of a joint: a law of its own and its one observer, whatever its channels' words say; see docs/control-laws.md.
+    pub fn of_joint() -> Vec<Choice> {
+        let of = |(word, _): (&str, JointAlgorithm)| Choice {
+            controller: word.into(),
+            estimator: "joint".into(),
+            sensing: "dual".into(),
+        };
+        JointAlgorithm::ALL.into_iter().map(of).collect()
     }
 
     /// The same with other words; `None` leaves one as it is.

@@ -17,7 +17,7 @@ pub enum Family {
     Misjudged,
     /// As the thesis ran it, for its findings.
     Thesis,
-    /// Two wires that turn a joint against each other, under the joint's own law.
+    /// Two wires that turn a joint against each other, under the joint's own laws.
     Pair,
 }
 
@@ -45,6 +45,8 @@ pub struct Plant {
     exact: bool,
     /// More of `[channel.control]`, for controllers whose words begin so.
     control: (&'static str, &'static str),
+    /// `[channel.material]` of a pair's wires.
+    material: &'static str,
     /// Makes the truth of what is believed.
     truth: fn(&mut WireModel),
 }
@@ -67,6 +69,7 @@ const FIGURE: Plant = Plant {
     max_power_w: 3.0,
     exact: false,
     control: ("", ""),
+    material: "",
     truth: as_believed,
 };
 
@@ -94,7 +97,7 @@ const fn pair(name: &'static str, about: &'static str, diameter_mm: f64, supply_
     Plant { name, about, family: Family::Pair, diameter_mm, supply_v, ..FIGURE }
 }
 
-static ALL: [Plant; 33] = [
+static ALL: [Plant; 36] = [
     FIGURE,
     Plant { name: "rate_5khz", about: "the figure's wire at 5 kHz", rate_hz: 5000.0, ..FIGURE },
     Plant { name: "load_100gf", about: "the figure's wire with half the load", mass_kg: 0.1, ..FIGURE },
@@ -193,7 +196,35 @@ static ALL: [Plant; 33] = [
     pair("pair_thick", "two wires of the figures' size on a joint", 0.125, 9.0),
     pair("pair", "two wires of 0.05 mm × 160 mm on a joint", 0.05, 12.0),
     pair("pair_thin", "two wires of 0.025 mm × 160 mm on a joint", 0.025, 24.0),
+    Plant {
+        material: ATHERMAL,
+        ..pair("pair_athermal", "the same of 0.05 mm, of a resistivity that heat does not change", 0.05, 12.0)
+    },
+    Plant {
+        truth: a_fifth_off,
+        ..pair(
+            "pair_misjudged",
+            "that of 0.05 mm, convection 20 % more and latent heat 20 % less than believed",
+            0.05,
+            12.0,
+        )
+    },
+    Plant {
+        material: ATHERMAL,
+        truth: a_fifth_off,
+        ..pair("pair_athermal_misjudged", "both: a resistivity that heat does not change, and 20 % off", 0.05, 12.0)
+    },
 ];
+
+/// An alloy whose resistance is its phase, and not its temperature as well: what the laws of a pair by its resistances take for granted.
+const ATHERMAL: &str =
+    "austenite_resistivity_slope_uohm_cm_per_k = 0.0\nmartensite_resistivity_slope_uohm_cm_per_k = 0.0\n";
+
+/// A model that is 20 % wrong.
+fn a_fifth_off(model: &mut WireModel) {
+    model.material.convection_w_per_m2_k *= 1.2;
+    model.material.latent_heat_j_per_kg *= 0.8;
+}
 
 fn shift(model: &mut WireModel, kelvin: f64) {
     model.material.austenite_temperature_c += kelvin;
@@ -229,7 +260,7 @@ impl Plant {
     /// [`Error::Rig`] where the rig file does not allow the choice on this plant.
     pub fn believed(&self, choice: &Choice, seed: u64) -> Result<Rig, Error> {
         if self.family == Family::Pair {
-            return self.pair(seed);
+            return self.pair(choice, seed);
         }
         let taps_mm = 0.9375 * self.length_mm;
         let Plant { rate_hz, diameter_mm, length_mm, supply_v, mass_kg, damping_n_s_per_m, spring_n_per_m, .. } = self;
@@ -255,19 +286,21 @@ impl Plant {
     }
 
     /// Two such wires on a joint.
-    fn pair(&self, seed: u64) -> Result<Rig, Error> {
-        let Plant { rate_hz, diameter_mm, length_mm, supply_v, .. } = self;
+    fn pair(&self, choice: &Choice, seed: u64) -> Result<Rig, Error> {
+        let Plant { rate_hz, diameter_mm, length_mm, supply_v, material, .. } = self;
+        let algorithm = &choice.controller;
         let taps_mm = 0.9375 * length_mm;
         let channel = |name: &str| {
             format!(
                 "[[channel]]\nname = \"{name}\"\nwire = {{ diameter_mm = {diameter_mm:?}, length_mm = {length_mm:?} }}\n\
                  taps = {{ l0_mm = 0.0, ls_mm = {taps_mm:?} }}\n\
-                 drive = {{ supply_v = {supply_v:?}, shunt_ohm = 0.1, switch_ohm = 0.02 }}\n\n"
+                 drive = {{ supply_v = {supply_v:?}, shunt_ohm = 0.1, switch_ohm = 0.02 }}\n\n\
+                 [channel.material]\n{material}\n"
             )
         };
         let text = format!(
             "[rig]\nname = \"bench\"\nrate_hz = {rate_hz:?}\n\n{}{}[[joint]]\nname = \"joint\"\nagonist = \"flexor\"\n\
-             antagonist = \"extensor\"\nradius_mm = 8.0\ninertia_kg_mm2 = 2.5\n\n\
+             antagonist = \"extensor\"\nradius_mm = 8.0\ninertia_kg_mm2 = 2.5\nalgorithm = \"{algorithm}\"\n\n\
              [simulation]\nseed = {seed}\npace = \"as_fast_as_possible\"\n",
             channel("flexor"),
             channel("extensor")

@@ -14,8 +14,10 @@ use crate::{Choice, Family, Plant};
 pub struct Plan {
     /// Plants, by name.
     pub plants: Vec<&'static str>,
-    /// Choices.
+    /// Choices of a lone wire.
     pub choices: Vec<Choice>,
+    /// Choices of a pair on a joint.
+    pub of_joint: Vec<Choice>,
     /// Seeds of the noise.
     pub seeds: Vec<u64>,
 }
@@ -47,12 +49,12 @@ impl Plan {
     /// Every plant, on `seeds` seeds to score with.
     pub fn full(seeds: usize) -> Plan {
         let plants = Plant::all().iter().map(|plant| plant.name).collect();
-        Plan { plants, choices: choices(), seeds: (SCORING..).take(seeds).collect() }
+        Plan { plants, choices: choices(), of_joint: Choice::of_joint(), seeds: (SCORING..).take(seeds).collect() }
     }
 
     /// A few plants on seeds to develop with, for tests and for a first look.
     pub fn quick(seeds: usize) -> Plan {
-        Plan { plants: QUICK.into(), choices: choices(), seeds: (DEVELOPMENT..).take(seeds).collect() }
+        Plan { plants: QUICK.into(), seeds: (DEVELOPMENT..).take(seeds).collect(), ..Plan::full(0) }
     }
 
     /// What is left of it. A plant that is requested by name is in, whether the plan had it or not.
@@ -65,6 +67,8 @@ impl Plan {
         }
         self.choices.retain(|choice| keeps(&filter.controllers, &choice.controller));
         self.choices.retain(|choice| keeps(&filter.estimators, &choice.estimator));
+        // a joint has one estimator, which is no word of the rig file
+        self.of_joint.retain(|choice| keeps(&filter.controllers, &choice.controller));
         self
     }
 
@@ -73,12 +77,12 @@ impl Plan {
         self.cases().len()
     }
 
-    /// Every choice on every plant; a joint has the one law that is its own.
+    /// Every choice on every plant; a joint has laws of its own.
     fn cases(&self) -> Vec<(&'static Plant, Choice)> {
         let plants = self.plants.iter().filter_map(|name| Plant::named(name));
-        let on = |plant: &'static Plant| match plant.family {
-            Family::Pair => vec![(plant, Choice::of_joint())],
-            _ => self.choices.iter().map(|choice| (plant, choice.clone())).collect(),
+        let on = |plant: &'static Plant| {
+            let choices = if plant.family == Family::Pair { &self.of_joint } else { &self.choices };
+            choices.iter().map(move |choice| (plant, choice.clone()))
         };
         plants.flat_map(on).collect()
     }

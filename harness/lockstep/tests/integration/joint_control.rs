@@ -4,19 +4,25 @@ use sinew_backend::allocations::{calls_of_this_thread, is_counting};
 use sinew_backend::{Backend, Sample};
 use sinew_driver::{Answer, Ask, Beat, Engine, Event, Occurrence, Order};
 use sinew_ipc::{ChannelState, DriverState, Fault, Mode, Snapshot};
-use sinew_rig::{FaultKind, Rig};
+use sinew_rig::{FaultKind, JointAlgorithm, Rig};
 use sinew_sim_backend::SimulatedRig;
 
 fn rig(diameter_mm: f64, supply_v: f64, seed: u64) -> Rig {
+    rig_under("decoupling", "", diameter_mm, supply_v, seed)
+}
+
+/// Under another law, and of another alloy.
+fn rig_under(algorithm: &str, material: &str, diameter_mm: f64, supply_v: f64, seed: u64) -> Rig {
     let channel = |name: &str| {
         format!(
             "[[channel]]\nname = \"{name}\"\nwire = {{ diameter_mm = {diameter_mm}, length_mm = 160.0 }}\n\
-             taps = {{ ls_mm = 150.0 }}\ndrive = {{ supply_v = {supply_v:.1}, shunt_ohm = 0.1, switch_ohm = 0.02 }}\n\n"
+             taps = {{ ls_mm = 150.0 }}\ndrive = {{ supply_v = {supply_v:.1}, shunt_ohm = 0.1, switch_ohm = 0.02 }}\n\n\
+             [channel.material]\n{material}\n"
         )
     };
     let text = format!(
         "[rig]\nname = \"joint\"\n\n{}{}[[joint]]\nname = \"knee\"\nagonist = \"flexor\"\nantagonist = \"extensor\"\n\
-         radius_mm = 8.0\ninertia_kg_mm2 = 2.5\n\n[simulation]\nseed = {seed}\n",
+         radius_mm = 8.0\ninertia_kg_mm2 = 2.5\nalgorithm = \"{algorithm}\"\n\n[simulation]\nseed = {seed}\n",
         channel("flexor"),
         channel("extensor")
     );
@@ -221,12 +227,61 @@ fn a_lapsed_lease_lets_go_of_both() {
 
 #[test]
 fn a_cycle_does_not_allocate() {
-    let mut bench = Bench::new(&rig(0.05, 12.0, 61));
-    bench.follow(1.0, 0.5, 0.1);
-    assert!(is_counting());
-    let before = calls_of_this_thread();
-    bench.follow(1.0, 1.5, 0.1);
-    assert_eq!(calls_of_this_thread(), before);
+    for (algorithm, _) in JointAlgorithm::ALL {
+        let mut bench = Bench::new(&rig_under(algorithm, "", 0.05, 12.0, 61));
+        bench.follow(1.0, 0.5, 0.1);
+        assert!(is_counting());
+        let before = calls_of_this_thread();
+        bench.follow(1.0, 1.5, 0.1);
+        assert_eq!(calls_of_this_thread(), before, "{algorithm}");
+    }
+}
+
+/// Every law of a joint by its word in the rig file, sensed with the converter's noise: it follows, keeps the true tension within its
+/// limits once it has it, and a fault of one wire switches both off at once.
+#[test]
+fn every_law_drives_its_joint() {
+    let athermal =
+        "austenite_resistivity_slope_uohm_cm_per_k = 0.0\nmartensite_resistivity_slope_uohm_cm_per_k = 0.0\n";
+    for (algorithm, law) in JointAlgorithm::ALL {
+        // those that see the resistance alone do where that is the phase
+        let (material, within) = match law {
+            JointAlgorithm::Decoupling | JointAlgorithm::DifferentialForce | JointAlgorithm::DifferentialForceRelay => {
+                ("", 0.01)
+            }
+            _ => (athermal, 0.03),
+        };
+        let mut bench = Bench::new(&rig_under(algorithm, material, 0.05, 12.0, 91));
+        bench.follow(0.25, 5.0, 1.0);
+        let (rms, least, most) = bench.follow(0.25, 8.0, 8.0);
+        assert!(rms < within, "{algorithm}: {rms}");
+        assert!(least > 50.0 && most < 540.0, "{algorithm}: {least} to {most} MPa");
+        assert!(bench.events.iter().all(|event| !matches!(event.what, Occurrence::Tripped(_))), "{algorithm}");
+
+        assert!(bench.backend.faults().set(0, FaultKind::OpenWire));
+        (0..5).for_each(|_| bench.cycle());
+        let faults: Vec<_> = bench.events.iter().map(|event| (event.channel, event.what)).collect();
+        assert!(faults.contains(&(0, Occurrence::Tripped(Fault::OpenWire))), "{algorithm}: {faults:?}");
+        assert!(faults.contains(&(1, Occurrence::Tripped(Fault::JointPartner))), "{algorithm}: {faults:?}");
+        assert_eq!(bench.duty, [0.0; 2], "{algorithm}");
+    }
+}
+
+/// A limit of the tension is kept around a law that knows none, and shows.
+#[test]
+fn the_upper_limit_stands_around_a_law() {
+    let text = rig_under("differential_force_relay", "", 0.05, 12.0, 81);
+    let mut bench = Bench::new(&text);
+    (0..20).for_each(|_| bench.cycle());
+    // more than the air lets it follow: the tension rises to its limit
+    let (_, _, most) = bench.follow(4.0, 6.0, 3.0);
+    assert!(most < 540.0, "{most} MPa");
+    let mut limited = false;
+    for _ in 0..500 {
+        bench.follow(4.0, 1e-3, 1e-3);
+        limited |= bench.state().iter().all(|state| state.flags & ChannelState::FLAG_LIMITED != 0);
+    }
+    assert!(limited);
 }
 
 /// A limit of the tension stands above whatever is asked for, and shows.

@@ -1,7 +1,7 @@
 //! Reading `[[joint]]`, key by key; what depends on the joints' channels is left to [`crate::complete`].
 
 use crate::error::What;
-use crate::notes::Reader;
+use crate::notes::{Reader, Stated};
 use crate::tables::{JOINT, Joint};
 use crate::tree::{Node, Tree};
 
@@ -19,7 +19,11 @@ pub(crate) fn joints(reader: &mut Reader<'_>, node: &Node) -> Vec<Joint> {
     let mut joints = Vec::new();
     for node in nodes {
         let mut joint = Joint::unread();
-        reader.section(&JOINT, Some(node), &[], None, node.line, &mut joint);
+        let given = reader.section(&JOINT, Some(node), &[], None, node.line, &mut joint);
+        if let Tree::Table(table) = &node.value {
+            let stated = Stated { given, header: node.line, label: None, table, right: true };
+            reader.belonging(&JOINT, &joint, &stated);
+        }
         joints.push(joint);
     }
     joints

@@ -4,27 +4,40 @@
 //! `control/generated.rs`; a key that is new with a law is a row of the table below.
 
 use crate::declare::rows::*;
-use crate::key::choices;
 
-/// The laws: what each is, its word, and the keys it takes of those that only some laws take.
+/// Laws: what each is, its word, and the keys it takes of those that only some laws take.
 macro_rules! laws {
     (
-        default $usual:ident;
+        $(#[doc = $about:literal])+
+        pub enum $laws:ident, default $usual:ident;
         $( $(#[doc = $doc:literal])+ $law:ident = $word:literal, takes [$($key:literal),*]; )+
     ) => {
         words! {
-            /// The control law.
-            pub enum Algorithm, default $usual {
+            $(#[doc = $about])+
+            pub enum $laws, default $usual {
                 $( $(#[doc = $doc])+ $law = $word, )+
             }
         }
 
-        impl Algorithm {
+        impl $laws {
             /// The keys it takes of those that only some laws take.
-            pub(super) const fn own_keys(self) -> &'static [&'static str] {
+            pub(crate) const fn own_keys(self) -> &'static [&'static str] {
                 match self {
-                    $( Algorithm::$law => &[$($key),*], )+
+                    $( $laws::$law => &[$($key),*], )+
                 }
+            }
+
+            /// Whether it takes a key of those that only some laws take.
+            pub fn takes(self, key: &str) -> bool {
+                self.own_keys().contains(&key)
+            }
+
+            /// What is reported of such a key that it does not take, with the remedy.
+            pub(crate) fn not_taken(self, key: &str) -> String {
+                let takers: Vec<&str> =
+                    $laws::ALL.iter().filter(|(_, law)| law.takes(key)).map(|(word, _)| *word).collect();
+                let law = self.word();
+                format!("makes no sense with algorithm = \"{law}\"; take it out or choose {}", $crate::key::choices(&takers))
             }
         }
     };
@@ -32,26 +45,11 @@ macro_rules! laws {
 
 mod generated;
 
-pub use generated::{Algorithm, Estimator};
-
-impl Algorithm {
-    /// Whether it takes a key of `[channel.control]` of those that only some laws take, such as `lambda_per_s`.
-    pub fn takes(self, key: &str) -> bool {
-        self.own_keys().contains(&key)
-    }
-}
+pub use generated::{Algorithm, Estimator, JointAlgorithm};
 
 /// Keys that only some laws take.
 fn of_law() -> Only<Control> {
-    Only::new(
-        |control, key| control.algorithm.takes(key),
-        |control, key| {
-            let takers: Vec<&str> =
-                Algorithm::ALL.iter().filter(|(_, law)| law.takes(key)).map(|(word, _)| *word).collect();
-            let law = control.algorithm.word();
-            format!("makes no sense with algorithm = \"{law}\"; take it out or choose {}", choices(&takers))
-        },
-    )
+    Only::new(|control, key| control.algorithm.takes(key), |control, key| control.algorithm.not_taken(key))
 }
 
 words! {

@@ -3,6 +3,7 @@
 use sinew_physics::WireModel;
 
 use crate::declare::rows::*;
+use crate::tables::control::JointAlgorithm;
 use crate::tables::{Channel, MAX_CHANNEL_NAME};
 
 /// A joint that two channels turn against each other. Their wires have no other load.
@@ -22,6 +23,14 @@ pub struct Joint {
     pub tension_n: f64,
     /// Tension no wire is driven above, in N.
     pub max_tension_n: f64,
+    /// Its control law.
+    pub algorithm: JointAlgorithm,
+    /// Proportional gain of its PID, 1/m; `None` = the law's own, as of the next two.
+    pub proportional_per_m: Option<f64>,
+    /// Integral gain, 1/(m s).
+    pub integral_per_m_s: Option<f64>,
+    /// Derivative gain, s/m.
+    pub derivative_s_per_m: Option<f64>,
 }
 
 impl Joint {
@@ -47,6 +56,10 @@ impl Joint {
             min_tension_n: f64::UNREAD,
             tension_n: f64::UNREAD,
             max_tension_n: f64::UNREAD,
+            algorithm: JointAlgorithm::UNREAD,
+            proportional_per_m: Option::UNREAD,
+            integral_per_m_s: Option::UNREAD,
+            derivative_s_per_m: Option::UNREAD,
         }
     }
 }
@@ -58,6 +71,11 @@ impl Channel {
         let load = joint.map_or(self.model.load, |joint| joint.mechanics.nominal_load());
         WireModel { load, ..self.model.clone() }
     }
+}
+
+/// Keys that only some laws take.
+fn of_law() -> Only<Joint> {
+    Only::new(|joint, key| joint.algorithm.takes(key), |joint, key| joint.algorithm.not_taken(key))
 }
 
 /// Keys of `[[joint]]`.
@@ -98,6 +116,18 @@ pub(crate) fn section() -> Section<Joint> {
                 Computed("twice `pretension_n`, or `maximum_tension_n` where that is less");
             /// Anti-overload: neither wire is heated further while the estimated tension is above it.
             "maximum_tension_n" = at(max_tension_n), number(si("N"), 0.0, 1e5), Computed("500 MPa in the thinner wire");
+            /// Control law of both wires, see [control-laws.md](control-laws.md#the-laws-of-a-joint); all but the default are there for
+            /// comparison.
+            "algorithm" = at(algorithm), JointAlgorithm::KIND, JointAlgorithm::DEFAULT;
+            /// Proportional gain of the PID on the angle: what comes out per mm that the agonist is too long.
+            "pi_proportional_per_mm" = at(proportional_per_m), number(kilo("1/mm"), 0.0, 1e6),
+                Computed("the law's own for the joint's stroke"), only of_law();
+            /// Its integral gain.
+            "pi_integral_per_mm_s" = at(integral_per_m_s), number(kilo("1/(mm s)"), 0.0, 1e6),
+                Computed("the law's own"), only of_law();
+            /// Its derivative gain: what comes out per mm/s.
+            "pid_derivative_s_per_mm" = at(derivative_s_per_m), number(kilo("s/mm"), 0.0, 1e6),
+                Computed("the law's own"), only of_law();
         },
         check: None,
     }

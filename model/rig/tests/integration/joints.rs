@@ -1,7 +1,7 @@
 //! Joints in the rig file: two channels that turn one joint.
 
 use sinew_physics::Load;
-use sinew_rig::Rig;
+use sinew_rig::{JointAlgorithm, Rig};
 
 const PAIR: &str = r#"[rig]
 name = "bench"
@@ -188,4 +188,27 @@ fn joints_are_written_and_read_again() {
     let text = back.to_toml();
     let again = Rig::parse(&text, "rig.toml").unwrap_or_else(|e| panic!("{e}\n{text}"));
     assert_eq!(again.joints, back.joints);
+}
+
+/// The law of a joint and its gains are read and written back; a law there is none of is refused with the words there are, and gains with a law
+/// that takes none.
+#[test]
+fn a_joint_has_a_law_of_its_own() {
+    assert_eq!(Rig::parse(PAIR, "rig.toml").unwrap().joints[0].algorithm, JointAlgorithm::Decoupling);
+    let with = |keys: &str| format!("{PAIR}{keys}");
+    let gains = "algorithm = \"differential_force\"\npi_proportional_per_mm = 3.0\npid_derivative_s_per_mm = 0.05\n";
+    let rig = Rig::parse(&with(gains), "rig.toml").unwrap_or_else(|e| panic!("{e}"));
+    let joint = &rig.joints[0];
+    assert_eq!(joint.algorithm, JointAlgorithm::DifferentialForce);
+    let given = (joint.proportional_per_m, joint.integral_per_m_s, joint.derivative_s_per_m);
+    assert_eq!(given, (Some(3000.0), None, Some(50.0)));
+    assert_eq!(Rig::parse(&rig.to_toml(), "rig.toml").unwrap(), rig);
+
+    let words: Vec<&str> = JointAlgorithm::ALL.into_iter().map(|(word, _)| word).collect();
+    let refused = of(&with("algorithm = \"relay\"\n"));
+    assert!(refused.contains("joint.algorithm"), "{refused}");
+    assert!(words.iter().all(|word| refused.contains(word)), "{refused}");
+    let refused = of(&with("pi_integral_per_mm_s = 1.0\n"));
+    assert!(refused.contains("joint.pi_integral_per_mm_s makes no sense with algorithm = \"decoupling\""), "{refused}");
+    assert!(refused.contains("choose \"differential_force\""), "{refused}");
 }

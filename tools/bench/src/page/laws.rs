@@ -168,8 +168,12 @@ pub(super) fn misjudged(view: &View<'_>) -> Markup {
 /// Two wires that turn a joint against each other.
 pub(super) fn joints(answer: &Answer) -> Markup {
     let pairs: Vec<&Row> = answer.rows.iter().filter(|row| row.family == Family::Pair).collect();
-    let about = |row: &Row| {
-        answer.plants.iter().find(|about| about.plant == row.plant).map(|about| about.about).unwrap_or_default()
+    let of = |plant: &str| {
+        pairs
+            .iter()
+            .filter(|row| row.plant == plant)
+            .filter_map(|row| Some((row, row.figures.as_ref()?)))
+            .collect::<Vec<_>>()
     };
     html! {
         section #joints {
@@ -178,27 +182,28 @@ pub(super) fn joints(answer: &Answer) -> Markup {
                 p.muted { "Not in this run." }
             } @else {
                 p {
-                    "What pulls the lone wire long again is its load, as fast as the air cools it. On a joint the other wire pulls: with the joint's own law, at the same sines, in % of the agonist's stroke. "
+                    "What pulls the lone wire long again is its load, as fast as the air cools it. On a joint the other wire pulls: with the joint's own laws, at the same sines, in % of the agonist's stroke. "
                     "No bound is known here, and none of it is in the ranking."
                 }
                 div.scroll {
                     table {
                         thead {
                             tr {
-                                th scope="col" rowspan="2" { "pair" } th.n scope="colgroup" colspan=(FREQUENCIES_HZ.len()) { "RMS error on sines, %" }
+                                th scope="col" rowspan="2" { "law" } th.n scope="colgroup" colspan=(FREQUENCIES_HZ.len()) { "RMS error on sines, %" }
                                 th.n scope="col" rowspan="2" { "steady" br; "RMS, %" } th.n scope="col" rowspan="2" { "over-" br; "shoot, %" }
-                                th.n scope="col" rowspan="2" { "draught:" br; "moved, %" } th.n scope="col" rowspan="2" { "tempera-" br; "ture, K" } th.n scope="col" rowspan="2" { "energy" br; "J" }
+                                th.n scope="col" rowspan="2" { "draught:" br; "moved, %" } th.n scope="col" rowspan="2" { "pull:" br; "moved, %" } th.n scope="col" rowspan="2" { "tempera-" br; "ture, K" } th.n scope="col" rowspan="2" { "energy" br; "J" }
                             }
                             tr { @for f in FREQUENCIES_HZ { th.n scope="col" { (f) " Hz" } } }
                         }
-                        tbody {
-                            @for row in &pairs {
-                                @if let Some(f) = &row.figures {
+                        @for about in answer.plants.iter().filter(|about| !of(about.plant).is_empty()) {
+                            tbody {
+                                tr { th scope="rowgroup" colspan=(FREQUENCIES_HZ.len() + 7) { code { (about.plant) } " " small.muted { (about.about) } } }
+                                @for (row, f) in of(about.plant) {
                                     tr {
-                                        th scope="row" { code { (row.plant) } br; small.muted { (about(row)) } }
+                                        th scope="row" { code { (row.controller) } }
                                         @for value in &f.tracking_percents { td.n { (percent(*value)) } }
                                         td.n { (percent(f.steady_rms_percent)) } td.n { (percent(f.overshoot_percent)) }
-                                        td.n { (percent(f.draught.deviation_percent)) } td.n { (fixed(f.draught.temperature_error_k, 1)) } td.n { (fixed(f.energy_j, 1)) }
+                                        td.n { (percent(f.draught.deviation_percent)) } td.n { (percent(f.load_step.deviation_percent)) } td.n { (fixed(f.draught.temperature_error_k, 1)) } td.n { (fixed(f.energy_j, 1)) }
                                     }
                                 }
                             }

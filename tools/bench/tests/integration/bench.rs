@@ -174,11 +174,30 @@ fn a_slow_sine_can_be_followed_and_a_quick_one_cannot() {
 /// The joint's own law on the plant the bench has for it: at 1 Hz two thin wires do what one cannot.
 #[test]
 fn a_pair_follows_what_a_lone_wire_cannot() {
-    let plan = only(&["pair"], &[], &[]);
+    let plan = only(&["pair"], &["decoupling"], &[]);
     assert_eq!(plan.rows(), 1);
     let row = run(&plan, &|_| ()).remove(0).row;
     let figures = row.figures.as_ref().unwrap_or_else(|| panic!("{row:?}"));
     assert!(figures.faults.is_empty(), "{row:?}");
     assert!(figures.tracking_percent(1.0) < 0.4, "{:?}", figures.tracking);
     assert!(figures.bound_up_s.is_none(), "no bound is known for two wires");
+}
+
+/// Every law of a joint on pairs of wires: those that see the resistances alone have figures that mean something where the resistance
+/// is the phase, and are lost where it is the temperature as well.
+#[test]
+fn the_laws_of_a_joint_are_compared() {
+    let plan = only(&["pair_athermal", "pair"], &[], &[]);
+    assert_eq!(plan.rows(), 2 * Choice::of_joint().len());
+    for ran in run(&plan, &|_| ()) {
+        let row = ran.row;
+        let figures = row.figures.as_ref().unwrap_or_else(|| panic!("{row:?}"));
+        assert!(figures.faults.is_empty(), "{row:?}");
+        let found = figures.tracking_percent(0.25);
+        match (row.controller.contains("resistance"), row.plant.as_str()) {
+            (true, "pair") => assert!(found > 10.0, "{}: {found}", row.controller),
+            (true, _) => assert!(found < 4.0, "{}: {found}", row.controller),
+            (false, _) => assert!(found < 0.6, "{}: {found}", row.controller),
+        }
+    }
 }

@@ -64,7 +64,8 @@ fn written(folder: &Path, names: &[&str]) {
 /// What is to be run, every name checked.
 fn plan(args: &args::BenchControl) -> Result<Plan, Failure> {
     let all = Choice::all();
-    known("controller", &args.controller, all.iter().map(|choice| choice.controller.as_str()))?;
+    let of_joint = Choice::of_joint();
+    known("controller", &args.controller, all.iter().chain(&of_joint).map(|choice| choice.controller.as_str()))?;
     known("estimator", &args.estimator, all.iter().map(|choice| choice.estimator.as_str()))?;
     known("plant", &args.plant, Plant::all().iter().map(|plant| plant.name))?;
     let filter =

@@ -92,10 +92,9 @@ pub(crate) fn rows() -> Vec<Row> {
                 reported.",
         )
         .not_built(
-            "of the table as laws of the bench: the antagonist pair's own (differential \
-                PID with anti-slack [146, 147], relay on a load cell [151], differential \
-                resistance [123, 173], polynomial resistance of a pair [172]) and \
-                inductance [170]; the schemes for one wire run, docs/control-laws.md",
+            "of the table as laws of the bench: inductance [170], which nothing here \
+                measures, and load cells [146, 147, 151], for which estimated tensions \
+                stand; the schemes for one wire and for a pair run, docs/control-laws.md",
         ),
     ]
 }

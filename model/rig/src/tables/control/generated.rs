@@ -1,13 +1,15 @@
-//! The words of the control laws and estimators, and which keys each law takes.
+//! The words of the control laws, of a wire and of a joint, and of the estimators, and which keys each law takes.
 //!
-//! Written from the tables in `control/src/laws/mod.rs` and `control/src/estimators/mod.rs`, which own them: do not edit.
+//! Written from the tables in `control/src/laws/mod.rs`, `control/src/joint/mod.rs` and `control/src/estimators/mod.rs`, which own
+//! them: do not edit.
 //! `SINEW_BLESS=1 cargo test -p sinew-control --test integration tables::` writes it anew.
 
 use crate::declare::rows::*;
 
 #[rustfmt::skip]
 laws! {
-    default TimeOptimal;
+    /// The control law of a wire.
+    pub enum Algorithm, default TimeOptimal;
     /// Sliding mode along the stopping distance, in the wire's estimated state.
     TimeOptimal = "time_optimal", takes ["lambda_per_s"];
     /// Sliding mode on a critically damped second-order surface, in the wire's estimated state.
@@ -58,6 +60,24 @@ laws! {
     ResistanceNetwork = "resistance_network", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
     /// One of several pieces of doubled lengths, heated wholly or not at all.
     BinarySegment = "binary_segment", takes ["segment", "segments"];
+}
+
+#[rustfmt::skip]
+laws! {
+    /// The control law of a joint.
+    pub enum JointAlgorithm, default Decoupling;
+    /// Angle and tension decoupled on the model of both wires.
+    Decoupling = "decoupling", takes [];
+    /// Position over differential force, with anti-slack and rapid heating.
+    DifferentialForce = "differential_force", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
+    /// Position over differential force, the force switched by a relay of two stages.
+    DifferentialForceRelay = "differential_force_relay", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
+    /// Fuzzy PID on the angle that the difference of both resistances says.
+    DifferentialResistanceFuzzy = "differential_resistance_fuzzy", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
+    /// Sliding mode and PID on the angle that the difference of both resistances says.
+    DifferentialResistanceSliding = "differential_resistance_sliding", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
+    /// PID with inverse hysteresis as feed-forward, on the angle that polynomials make of both resistances.
+    ResistancePolynomials = "resistance_polynomials", takes ["pi_proportional_per_mm", "pi_integral_per_mm_s", "pid_derivative_s_per_mm"];
 }
 
 words! {

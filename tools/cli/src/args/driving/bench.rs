@@ -65,7 +65,7 @@ pub struct BenchControl {
     /// A few plants on one seed to develop with.
     #[arg(long)]
     pub quick: bool,
-    /// Only this controller, by its word in the rig file; may be given several times.
+    /// Only this controller, of a wire or of a joint, by its word in the rig file; may be given several times.
     #[arg(long, value_name = "WORD")]
     pub controller: Vec<String>,
     /// Only this estimator, by its word in the rig file; may be given several times.
