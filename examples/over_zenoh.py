@@ -9,7 +9,7 @@
 
     sinew-zenoh certificates keys anna            # to command
     sinew-zenoh --certificates keys --commander anna
-    python3 examples/over_zenoh.py hexapod --connect tls/127.0.0.1:7447 --certificates keys --commander anna --move front_left_coxa
+    python3 examples/over_zenoh.py hexapod --connect quic/127.0.0.1:7447 --certificates keys --commander anna --move front_left_coxa
 """
 
 import argparse

@@ -4,7 +4,7 @@
 //! sinew run                                                        # a driver
 //! sinew-zenoh certificates keys anna
 //! sinew-zenoh --rig hexapod --certificates keys --commander anna
-//! cargo run --example commander -- hexapod tls/127.0.0.1:7447 keys anna front_left_coxa 0.4
+//! cargo run --example commander -- hexapod quic/127.0.0.1:7447 keys anna front_left_coxa 0.4
 //! ```
 
 use std::time::Duration;
@@ -12,7 +12,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use zenoh::{Config, Wait};
 
-const LEASE_S: f64 = 2.0;
+const LEASE_S: f64 = 3.0;
 
 fn main() -> Result<(), zenoh::Error> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

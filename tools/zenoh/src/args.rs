@@ -17,7 +17,7 @@ Examples:
   sinew-zenoh --rig hexapod --rate 100                 a hundred cycles a second instead of all
   sinew-zenoh certificates keys anna --host robot      certificates of bridge and anna, in the folder keys
   sinew-zenoh --listen 0.0.0.0:7447 --certificates keys --commander anna
-                                                       over TLS; anna commands, others with a certificate look on
+                                                       over QUIC (TLS 1.3); anna commands, others with a certificate look on
 
 Keys are sinew/RIG/info, …/cycles, …/events, …/loop, …/channel/NAME, …/bridge and, for anna, …/commander/anna/command.
 A process of its own; the driver has no port. It does not scout and listens at one address. Without --commander nothing that comes
@@ -64,7 +64,7 @@ pub struct Bridge {
     /// Where to listen. Other machines reach it only at an address of this machine's network.
     #[arg(long, value_name = "ADDRESS:PORT", default_value_t = SocketAddr::from((Ipv4Addr::LOCALHOST, 7447)))]
     pub listen: SocketAddr,
-    /// Folder of `sinew-zenoh certificates`: links are TLS, and for those alone who have one.
+    /// Folder of `sinew-zenoh certificates`: links are QUIC, so TLS 1.3, and for those alone who have one.
     #[arg(long, value_name = "FOLDER")]
     pub certificates: Option<PathBuf>,
     /// Who may command, by the name of the certificate; may be given several times.

@@ -33,7 +33,7 @@ pub struct Options {
     pub rig: String,
     /// Where to listen.
     pub listen: SocketAddr,
-    /// Folder of certificates: then links are TLS, and for those alone who have one.
+    /// Folder of certificates: then links are QUIC, and for those alone who have one.
     pub certificates: Option<PathBuf>,
     /// Whose certificates may command.
     pub commanders: Vec<String>,
@@ -83,7 +83,10 @@ impl Bridge {
         let settings = settings(&station.keys, *listen, certificates.as_ref(), commanders)?;
         let endpoint = endpoint(*listen, certificates.as_ref());
         let session = zenoh::open(settings).wait().map_err(|error| {
-            Failure::input(format_args!("{endpoint} cannot be listened at: {error}"))
+            // behind it stand places in Zenoh's sources
+            let error = error.to_string();
+            let reason = error.split(" at /").next().unwrap_or_default();
+            Failure::input(format_args!("{endpoint} cannot be listened at: {reason}"))
                 .hint("choose another address with --listen; with --certificates, see that the files are those of one authority")
         })?;
         answer_looks(&session, &station)?;

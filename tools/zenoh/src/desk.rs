@@ -1,10 +1,10 @@
 //! The desk: commanders' requests, one after the other, each with its answer.
 //!
-//! Who a commander is stands in the certificate of his link and is checked before a request gets here ([`settings`](crate::settings)). He is
-//! there as long as his liveliness token is, which Zenoh takes away with his link. Then, and when the bridge ends, everything that he holds is put off at once; where the link is silent
-//! instead of closed, his leases run out. The desk renews none.
+//! Who a commander is stands in the certificate of his link and is checked before a request gets here ([`settings`](crate::settings)).
+//! He is there as long as his liveliness token is, which Zenoh takes away with his link. Then, and when the bridge ends, everything that
+//! he holds is put off at once; where a link is silent instead of closed, his leases run out. The desk renews none.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -25,7 +25,9 @@ const COMMANDS: Flow = Flow { at_once: 100.0, a_second: 250.0 };
 /// Requests that wait.
 const MOST_WAITING: usize = 256;
 /// How long a request may have waited here: then its commander wants something else.
-const LONGEST_WAIT: Duration = Duration::from_millis(300);
+const LONGEST_WAIT: Duration = Duration::from_millis(500);
+/// How long a request may wait for its commander's token, which Zenoh may hand on a little later than what was sent after it.
+const GRACE: Duration = Duration::from_millis(250);
 /// How long the driver's answer is waited for.
 const ANSWER: Duration = Duration::from_millis(500);
 
@@ -38,10 +40,26 @@ pub struct Tray {
 
 #[derive(Default)]
 struct Content {
-    /// Requests in their order, with their commander and when they came.
-    requests: VecDeque<(String, Query, Instant)>,
+    /// Requests in their order.
+    requests: VecDeque<Asked>,
     /// Commanders that have gone.
     gone: VecDeque<String>,
+}
+
+/// A request as it has come.
+struct Asked {
+    commander: String,
+    query: Query,
+    request: Result<Request, Refused>,
+    since: Instant,
+}
+
+impl Asked {
+    /// Whether it can be answered, with these commanders there.
+    fn is_ripe(&self, present: &BTreeSet<String>) -> bool {
+        let needs_commander = self.request.as_ref().is_ok_and(|request| !request.only_switches_off());
+        !needs_commander || present.contains(&self.commander) || self.since.elapsed() >= GRACE
+    }
 }
 
 impl Tray {
@@ -55,7 +73,8 @@ impl Tray {
         if content.requests.len() >= MOST_WAITING {
             return Some(query);
         }
-        content.requests.push_back((commander.into(), query, Instant::now()));
+        let request = Request::read(&query.payload().map(|payload| payload.to_bytes()).unwrap_or_default());
+        content.requests.push_back(Asked { commander: commander.into(), query, request, since: Instant::now() });
         self.changed.notify_one();
         None
     }
@@ -106,15 +125,18 @@ impl Desk {
         }
         if !commanders.is_empty() {
             let key = station.keys.alive("*");
-            let (watched, gone) = (station.clone(), tray.clone());
+            let (watched, tray) = (station.clone(), tray.clone());
             let seen = move |sample: zenoh::sample::Sample| {
                 let Some(name) = watched.keys.commander_of(sample.key_expr().as_str()) else { return };
                 match sample.kind() {
-                    SampleKind::Put => drop(watched.present().insert(name.into())),
+                    SampleKind::Put => {
+                        watched.present().insert(name.into());
+                        tray.changed.notify_one();
+                    }
                     SampleKind::Delete => {
                         // in this order: no request of his is taken up any more
                         watched.present().remove(name);
-                        gone.gone(name);
+                        tray.gone(name);
                     }
                 }
             };
@@ -136,7 +158,11 @@ impl Desk {
         let end = Instant::now() + wait;
         loop {
             let mut content = self.tray.content();
-            if content.gone.is_empty() && content.requests.is_empty() {
+            let ripe = |content: &Content| {
+                let present = self.station.present();
+                content.requests.iter().position(|asked| asked.is_ripe(&present))
+            };
+            if content.gone.is_empty() && ripe(&content).is_none() {
                 let left = end.saturating_duration_since(Instant::now());
                 content = self.tray.changed.wait_timeout(content, left).unwrap_or_else(PoisonError::into_inner).0;
             }
@@ -145,9 +171,9 @@ impl Desk {
                 drop(content);
                 tracing::info!("{name} is gone");
                 self.put_off(&name);
-            } else if let Some((name, query, since)) = content.requests.pop_front() {
+            } else if let Some(asked) = ripe(&content).and_then(|place| content.requests.remove(place)) {
                 drop(content);
-                self.answer(&name, &query, since);
+                self.answer(asked);
             }
             if Instant::now() >= end {
                 return;
@@ -161,19 +187,18 @@ impl Desk {
         names.iter().for_each(|name| self.put_off(name));
     }
 
-    fn answer(&mut self, name: &str, query: &Query, since: Instant) {
+    fn answer(&mut self, Asked { commander: name, query, request, since }: Asked) {
         let counts = &self.station.counts;
         let Some(commander) = self.commanders.iter_mut().find(|commander| commander.name == name) else { return };
-        let text = query.payload().map(|payload| payload.to_bytes()).unwrap_or_default();
         let now = Instant::now();
-        let asked = Request::read(&text).inspect_err(|_| counts.refused.one()).and_then(|request| {
+        let asked = request.inspect_err(|_| counts.refused.one()).and_then(|request| {
             if request.only_switches_off() {
                 return Ok(request);
             }
-            if !self.station.present().contains(name) {
+            if !self.station.present().contains(&name) {
                 counts.not_alive.one();
                 let remedy =
-                    format!("declare the liveliness token {} first, and keep it", self.station.keys.alive(name));
+                    format!("declare the liveliness token {} first, and keep it", self.station.keys.alive(&name));
                 return Err(Refused::new(
                     format!("{name} has not declared itself alive, so nobody would see it go"),
                     remedy,
@@ -201,8 +226,8 @@ impl Desk {
             Ok(done)
         });
         match done {
-            Ok(done) => reply(query, &done),
-            Err(refused) => refuse(query, refused),
+            Ok(done) => reply(&query, &done),
+            Err(refused) => refuse(&query, refused),
         }
     }
 

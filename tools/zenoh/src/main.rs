@@ -103,7 +103,11 @@ fn only_rig() -> Result<String, Failure> {
 
 /// Our own information and everybody's warnings, on stderr; `RUST_LOG` has the last word.
 fn log() {
-    let usual = Targets::new().with_default(LevelFilter::WARN).with_target("sinew", LevelFilter::INFO);
+    let usual = Targets::new()
+        .with_default(LevelFilter::WARN)
+        .with_target("sinew", LevelFilter::INFO)
+        // it warns of what is wanted, and of what is refused in words of our own
+        .with_target("zenoh::net", LevelFilter::ERROR);
     let asked = std::env::var("RUST_LOG").ok().filter(|asked| !asked.is_empty());
     let targets = asked.and_then(|asked| asked.parse().ok()).unwrap_or(usual);
     let layer = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_ansi(false).with_target(false);

@@ -29,7 +29,7 @@ impl Bench {
         let (driver, client) = Driver::ready(&rig);
         let path = folder.to_str().expect("a plain path").to_string();
         let (bridge, endpoint) = bridge(&rig, &["--certificates", &path, "--commander", "anna"]);
-        assert!(endpoint.starts_with("tls/"), "{endpoint}");
+        assert!(endpoint.starts_with("quic/"), "{endpoint}");
         Bench { driver, client, bridge, endpoint, folder, rig }
     }
 
@@ -166,7 +166,7 @@ fn without_the_right_certificate_nothing_commands() {
     // another authority's anna, somebody without a certificate, and one in the clear are not let in at all
     let other = certificates(&bench.rig, "other", &["anna"]);
     std::fs::copy(bench.folder.join("authority.pem"), other.join("authority.pem")).expect("ours");
-    let clear = bench.endpoint.replace("tls/", "tcp/");
+    let clear = bench.endpoint.replace("quic/", "tcp/");
     // the bridge's own certificate is none of a client
     for (endpoint, certificate) in [
         (&bench.endpoint, Some((other.as_path(), "anna"))),
@@ -213,7 +213,7 @@ fn wires_of_a_commander_that_is_killed_are_put_off_at_once() {
 fn leases_run_out_where_the_link_is_silent_or_the_bridge_is_killed() {
     let bench = Bench::new();
     let commander = bench.commander();
-    // its link stays open; Zenoh sees after a second that nothing comes, or the lease of two is over
+    // its link stays open; Zenoh sees after a second that nothing comes, or the lease of three is over
     commander.signal(libc::SIGSTOP);
     assert!([Mode::Off, Mode::Lapsed].contains(&bench.off(0)));
     commander.kill();
@@ -221,7 +221,7 @@ fn leases_run_out_where_the_link_is_silent_or_the_bridge_is_killed() {
     let anna = bench.anna();
     anna.duty("left", 0.1, 1.0).expect("she may");
     wait_until("the duty", || bench.duty(0) == 0.1);
-    bench.bridge.kill();
+    bench.bridge.signal(libc::SIGKILL);
     assert_eq!(bench.off(0), Mode::Lapsed, "nobody is left to put it off");
     bench.driver.stop();
 }
