@@ -92,14 +92,15 @@ def main():
         if args.move:
             # as long as this is declared the commander is there; when it goes, what he holds is put off
             alive = session.liveliness().declare_token(f"sinew/{args.rig}/commander/{args.commander}/alive")
-        began = time.monotonic()
+        began = told = time.monotonic()
         while (passed := time.monotonic() - began) < args.seconds:
             if args.move:
                 stroke = 0.2 - 0.2 * math.cos(2 * math.pi * passed / 4)
                 request = {"call": "set", "channel": args.move, "kind": "stroke", "value": stroke, "hold_s": 0.5}
                 ask(session, f"sinew/{args.rig}/commander/{args.commander}/command", request)
             time.sleep(0.05)
-            if cycles.latest is not None and cycles.received % 10 == 0:
+            if cycles.latest is not None and time.monotonic() - told >= 0.5:
+                told = time.monotonic()
                 state = cycles.latest[watched]
                 print(f"{names[watched]} {state['length_m'] * 1e3:.3f} mm  duty {state['duty']:.3f}  {state['temperature_c']:.1f} °C")
         print(f"{cycles.received} cycles, {cycles.lost} lost on the way")

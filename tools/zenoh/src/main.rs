@@ -2,7 +2,7 @@
 //! for it.
 //!
 //! A bridge as those of `sinew bridge` are: an ordinary client of the driver, a process of its own, started by whoever wants it. A program
-//! of its own because Zenoh is three hundred crates, which nobody compiles who does not want it.
+//! of its own because Zenoh is 270 crates, which nobody compiles who does not want it.
 //!
 //! The watching thread publishes every cycle, encoded as in recordings ([`stage`]); the main thread answers commanders ([`desk`]) and
 //! publishes what is for people. What is allowed stands in [`settings`], what is where in [`keys`].

@@ -243,13 +243,10 @@ fn commands_are_bounded_and_what_switches_off_is_not() {
     }
     assert!(taken > 0 && refused > 0 && taken + refused == 2000, "{taken} taken, {refused} refused");
     let commands = &json_of(&anna.session, &bench.at("bridge"))["commands"];
-    assert_eq!((&commands["taken"], &commands["refused"]), (&json!(taken), &json!(0)), "{commands}");
-    assert_eq!(
-        commands["too_many"].as_u64().unwrap_or(0) + commands["late"].as_u64().unwrap_or(0),
-        refused,
-        "{commands}"
-    );
-    assert!(commands["too_many"].as_u64() > Some(0), "{commands}");
+    let count = |key: &str| commands[key].as_u64().expect("a figure");
+    // on a busy machine some wait for too long, or the driver has too many
+    assert_eq!((count("taken"), count("too_many") + count("late") + count("refused")), (taken, refused), "{commands}");
+    assert!(count("too_many") > 0, "{commands}");
     for _ in 0..300 {
         anna.ask(json!({ "call": "off", "channel": "left" })).expect("always");
     }

@@ -81,7 +81,7 @@ Examples:
   sinew bridge zenoh                           state and streams at tcp/127.0.0.1:7447
   sinew bridge zenoh -- --help                 what else there is
 
-It is a program of its own, sinew-zenoh, beside this one or in PATH: Zenoh is three hundred crates, which nobody compiles who does
+It is a program of its own, sinew-zenoh, beside this one or in PATH: Zenoh is 270 crates, which nobody compiles who does
 not want it. In a clone: `cargo build --release --manifest-path tools/zenoh/Cargo.toml`.")]
 pub struct Zenoh {
     /// What sinew-zenoh is told.
