@@ -219,11 +219,9 @@ impl Desk {
             Ok(request)
         });
         let done = asked.and_then(|request| {
-            let carried_out = commander.client(&self.station).and_then(|client| request.carry_out(&client));
-            let (done, effect) = carried_out.inspect_err(|_| counts.refused.one())?;
-            commander.keep(effect, now);
-            counts.taken.one();
-            Ok(done)
+            let done = commander.carry_out(&request, &self.station);
+            if done.is_ok() { &counts.taken } else { &counts.refused }.one();
+            done
         });
         match done {
             Ok(done) => reply(&query, &done),
@@ -265,15 +263,23 @@ impl Commander {
         }
     }
 
-    /// Keeps in mind what he holds.
-    fn keep(&mut self, Effect { leased, hold, released }: Effect, asked: Instant) {
-        if released.contains(&ALL_CHANNELS) {
+    /// Asks the driver for him, and keeps in mind what he holds by that.
+    fn carry_out(&mut self, request: &Request, station: &Station) -> Result<Done, Refused> {
+        let client = self.client(station)?;
+        let Effect { leased, hold, released } = request.effect(&client)?;
+        let done = request.carry_out(&client, hold);
+        let is_taken = done.is_ok();
+        if is_taken && released.contains(&ALL_CHANNELS) {
             self.held.clear();
+        } else if is_taken {
+            self.held.retain(|channel, _| !released.contains(channel));
         }
-        self.held.retain(|channel, _| !released.contains(channel));
-        // the lease begins when the driver takes it: at the latest now
-        let until = Instant::now().max(asked) + hold;
-        self.held.extend(leased.into_iter().map(|channel| (channel, until)));
+        // the lease began when the driver took it: at the latest now; and who has had no answer may have one
+        if is_taken || done.as_ref().is_err_and(|refused| refused.is_open) {
+            let until = Instant::now() + hold;
+            self.held.extend(leased.into_iter().map(|channel| (channel, until)));
+        }
+        done
     }
 }
 

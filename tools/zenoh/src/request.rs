@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
-use sinew_ipc::{ALL_CHANNELS, Client, CommandKind, Error, Wanted};
+use sinew_ipc::{ALL_CHANNELS, Client, CommandKind, Error, Reply, Taken, Wanted};
 
 /// The lease of a setpoint that names none: as of a stream of setpoints.
 const USUAL_HOLD_S: f64 = 0.5;
@@ -82,18 +82,22 @@ pub struct Refused {
     pub message: String,
     /// What to do.
     pub remedy: String,
+    /// Whether the driver may have taken it all the same.
+    #[serde(skip)]
+    pub is_open: bool,
 }
 
 impl Refused {
     /// With these words.
     pub fn new(message: impl Into<String>, remedy: impl Into<String>) -> Refused {
-        Refused { message: message.into(), remedy: remedy.into() }
+        Refused { message: message.into(), remedy: remedy.into(), is_open: false }
     }
 }
 
 impl From<Error> for Refused {
     fn from(error: Error) -> Refused {
-        Refused::new(error.message(), error.remedy())
+        let is_open = matches!(error, Error::NoAnswer { .. });
+        Refused { is_open, ..Refused::new(error.message(), error.remedy()) }
     }
 }
 
@@ -131,58 +135,63 @@ impl Request {
         }
     }
 
-    /// Asks the driver, and waits for its answer.
+    /// What it does to the leases of channels, once the driver has taken it.
     ///
     /// # Errors
-    /// The driver's refusals, and holds longer than a link may have.
-    pub fn carry_out(&self, client: &Client) -> Result<(Done, Effect), Refused> {
+    /// Channels there are not, holds longer than a link may have.
+    pub fn effect(&self, client: &Client) -> Result<Effect, Refused> {
         let number = |name: &String| client.channel(name).map(|number| number as u32);
-        let done = |reply: sinew_ipc::Reply| Done { cycle: reply.cycle, hold_s: reply.hold_s };
-        let together = |taken: sinew_ipc::Taken| Done { cycle: taken.cycle, hold_s: taken.hold_s };
-        let numbers = |names: &[String]| names.iter().map(number).collect::<Result<Vec<u32>, Error>>();
         Ok(match self {
-            Request::Set { channel, kind, value, hold_s } => {
-                let (channel, hold) = (number(channel)?, hold(*hold_s)?);
-                let kind = kind.command();
-                // off holds until the next command
-                let asked = if kind == CommandKind::Off { Duration::ZERO } else { hold };
-                let answer = done(client.command(channel, kind, *value, asked)?);
-                (answer, effect(&[Wanted { channel, kind, value: *value }], hold))
+            Request::Set { channel, kind: Kind::Off, .. } | Request::Off { channel } => {
+                Effect { released: vec![number(channel)?], ..Effect::default() }
+            }
+            Request::Set { channel, hold_s, .. } => {
+                Effect { leased: vec![number(channel)?], hold: hold(*hold_s)?, ..Effect::default() }
             }
             Request::SetMany { wanted, hold_s } => {
-                let wanted = wanted.iter().map(|setpoint| {
-                    let kind = setpoint.kind.command();
-                    Ok(Wanted { channel: number(&setpoint.channel)?, kind, value: setpoint.value })
-                });
-                let (wanted, hold) = (wanted.collect::<Result<Vec<Wanted>, Error>>()?, hold(*hold_s)?);
-                let off = wanted.iter().all(|wanted| wanted.kind == CommandKind::Off);
-                let answer = together(client.set_many(&wanted, if off { Duration::ZERO } else { hold })?);
-                (answer, effect(&wanted, hold))
+                let (off, set): (Vec<_>, Vec<_>) = wanted.iter().partition(|setpoint| setpoint.kind == Kind::Off);
+                let numbers = |of: Vec<&Setpoint>| -> Result<Vec<u32>, Error> {
+                    of.iter().map(|setpoint| number(&setpoint.channel)).collect()
+                };
+                Effect { leased: numbers(set)?, hold: hold(*hold_s)?, released: numbers(off)? }
             }
-            Request::Off { channel } => {
-                let wanted = Wanted { channel: number(channel)?, kind: CommandKind::Off, value: 0.0 };
-                (done(client.off(channel)?), effect(&[wanted], Duration::ZERO))
-            }
-            Request::AllOff {} => {
-                let wanted = Wanted { channel: ALL_CHANNELS, kind: CommandKind::Off, value: 0.0 };
-                (done(client.all_off()?), effect(&[wanted], Duration::ZERO))
-            }
-            Request::Reset { channel } => (done(client.reset(channel)?), Effect::default()),
-            Request::Claim { channels, priority, hold_s } => {
-                let (channels, hold) = (numbers(channels)?, hold(*hold_s)?);
-                (together(client.claim(&channels, *priority, hold)?), Effect::default())
-            }
-            Request::Release { channels } => (together(client.release(&numbers(channels)?)?), Effect::default()),
-            Request::Stop {} => (done(client.stop()?), Effect::default()),
+            Request::AllOff {} | Request::Stop {} => Effect { released: vec![ALL_CHANNELS], ..Effect::default() },
+            Request::Claim { hold_s, .. } => Effect { hold: hold(*hold_s)?, ..Effect::default() },
+            Request::Reset { .. } | Request::Release { .. } => Effect::default(),
         })
     }
-}
 
-fn effect(wanted: &[Wanted], hold: Duration) -> Effect {
-    let (released, leased): (Vec<&Wanted>, Vec<&Wanted>) =
-        wanted.iter().partition(|wanted| wanted.kind == CommandKind::Off);
-    let numbers = |wanted: Vec<&Wanted>| wanted.into_iter().map(|wanted| wanted.channel).collect();
-    Effect { leased: numbers(leased), hold, released: numbers(released) }
+    /// Asks the driver, and waits for its answer. `hold` is that of the [`Effect`].
+    ///
+    /// # Errors
+    /// The driver's refusals.
+    pub fn carry_out(&self, client: &Client, hold: Duration) -> Result<Done, Refused> {
+        let number = |name: &String| client.channel(name).map(|number| number as u32);
+        let numbers = |names: &[String]| names.iter().map(number).collect::<Result<Vec<u32>, Error>>();
+        let alone = |reply: Reply| Done { cycle: reply.cycle, hold_s: reply.hold_s };
+        let together = |taken: Taken| Done { cycle: taken.cycle, hold_s: taken.hold_s };
+        Ok(match self {
+            Request::Set { channel, kind: Kind::Off, .. } | Request::Off { channel } => alone(client.off(channel)?),
+            Request::Set { channel, kind, value, .. } => alone(client.set(channel, kind.command(), *value, hold)?),
+            Request::SetMany { wanted, .. } => {
+                let wanted = wanted.iter().map(|setpoint| {
+                    let (channel, kind) = (number(&setpoint.channel)?, setpoint.kind.command());
+                    Ok(Wanted { channel, kind, value: setpoint.value })
+                });
+                let off = self.only_switches_off();
+                let wanted = wanted.collect::<Result<Vec<Wanted>, Error>>()?;
+                // off holds until the next command
+                together(client.set_many(&wanted, if off { Duration::ZERO } else { hold })?)
+            }
+            Request::AllOff {} => alone(client.all_off()?),
+            Request::Reset { channel } => alone(client.reset(channel)?),
+            Request::Claim { channels, priority, .. } => {
+                together(client.claim(&numbers(channels)?, *priority, hold)?)
+            }
+            Request::Release { channels } => together(client.release(&numbers(channels)?)?),
+            Request::Stop {} => alone(client.stop()?),
+        })
+    }
 }
 
 fn hold(hold_s: Option<f64>) -> Result<Duration, Refused> {
@@ -244,12 +253,10 @@ mod tests {
             assert!(hold(Some(bad)).is_err(), "{bad}");
         }
     }
-
     #[test]
-    fn only_what_has_power_is_leased() {
-        let wanted = |channel, kind| Wanted { channel, kind, value: 0.1 };
-        let second = Duration::from_secs(1);
-        let mixed = effect(&[wanted(0, CommandKind::Duty), wanted(3, CommandKind::Off)], second);
-        assert_eq!(mixed, Effect { leased: vec![0], hold: second, released: vec![3] });
+    fn what_was_not_answered_may_have_been_taken() {
+        let error = Error::NoAnswer { rig: "bench".into(), waited: Duration::from_secs(1) };
+        assert!(Refused::from(error).is_open);
+        assert!(!Refused::from(Error::Channels { found: 0 }).is_open);
     }
 }

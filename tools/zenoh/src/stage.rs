@@ -41,8 +41,6 @@ impl Outlet {
             .encoding(encoding)
             .congestion_control(CongestionControl::Drop)
             .priority(priority)
-            // at once, and not together with a later one
-            .express(true)
             .wait()
             .map_err(failed)?;
         let is_heard = Arc::new(AtomicBool::new(false));

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 use sinew_ipc::{ChannelState, Client};
-use sinew_tests::{Finished, PATIENCE, Process, Rig};
+use sinew_tests::{Finished, PATIENCE, Process, Rig, wait_for};
 use zenoh::handlers::FifoChannelHandler;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
@@ -143,13 +143,20 @@ impl Anna {
         });
     }
 
-    /// Asks, and is answered.
+    /// Asks, and is answered; again where nothing is amiss but a busy machine.
     #[track_caller]
     pub fn ask(&self, request: Value) -> Result<Value, Value> {
         let key = format!("sinew/{}/commander/anna/command", self.rig);
-        let answer = query(&self.session, &key, Some(request), PATIENCE).expect("somebody answers");
-        let json = |text: &[u8]| serde_json::from_slice(text).expect("JSON");
-        answer.map(|done| json(&done)).map_err(|refused| json(refused.as_bytes()))
+        wait_for("an answer", || {
+            let answer = query(&self.session, &key, Some(request.clone()), PATIENCE).expect("somebody answers");
+            let json = |text: &[u8]| serde_json::from_slice::<Value>(text).expect("JSON");
+            let answer = answer.map(|done| json(&done)).map_err(|refused| json(refused.as_bytes()));
+            let is_busy = answer.as_ref().is_err_and(|refused| {
+                let message = refused["message"].as_str().expect("text");
+                ["waited for too long", "has not answered", "too many"].iter().any(|word| message.contains(word))
+            });
+            (!is_busy).then_some(answer)
+        })
     }
 
     /// Gives a duty.
