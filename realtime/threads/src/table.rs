@@ -173,7 +173,7 @@ pub const TABLE: [Row; 18] = [
     row(
         Thread::Watcher,
         "watcher",
-        "`scope`, `bridge foxglove`",
+        "`scope`, `bridge foxglove`, `bridge zenoh`",
         "watches the driver for those who look on",
         Comes::End,
         "the scope or the bridge ends: those who look on would be shown a past that looks like the present",

@@ -162,6 +162,10 @@ fn a_bridge_waits_for_its_driver_and_says_what_is_amiss() {
     rig.ask(&["bridge", "foxglove", "--listen", &listen]).refused(&["cannot be listened at", "--listen"]);
     rig.ask(&["bridge", "foxglove", "--listen", "nowhere"]).refused(&["--listen"]);
     sinew_tests::run(["bridge", "prometheus", "--rig", "no such rig"]).refused(&["no such rig"]);
+    // a program of its own, which these tests do not build
+    let mut zenoh = Command::new(sinew());
+    zenoh.args(["bridge", "zenoh", "--rig", &rig.name]).env("PATH", "");
+    Process::start(&mut zenoh).finish().refused(&["sinew-zenoh", "tools/zenoh/Cargo.toml"]);
     let driver = Driver::start(&rig);
     assert_eq!(Page::of(address).value(&rig, "up", ""), 1.0);
     // one who can reach the network of this machine is told that others can

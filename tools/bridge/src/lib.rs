@@ -7,7 +7,8 @@
 //!
 //! No socket of the network belongs to a driver: a bridge is a process of its own, started by whoever wants it, and it only
 //! reads: nothing that comes over the network becomes a command. It waits for a driver that is not there yet, and finds it again
-//! after a restart (`finder`). Connections, clients and rates are bounded and refusals counted by `sinew_server`.
+//! after a restart ([`Finder`]). What is sent of every cycle is made once ([`watch`]), also for the bridge to Zenoh, which is a program of
+//! its own (`tools/zenoh`). Connections, clients and rates are bounded and refusals counted by `sinew_server`.
 //!
 //! ```no_run
 //! use sinew_bridge::{Options, Prometheus};
@@ -25,8 +26,10 @@ mod finder;
 mod foxglove;
 mod options;
 mod prometheus;
+pub mod watch;
 
 pub use error::Error;
+pub use finder::{Finder, has_ended};
 pub use foxglove::Foxglove;
 pub use options::Options;
 pub use prometheus::{Prometheus, metric_table_markdown};

@@ -1,14 +1,16 @@
 //! What the watching thread hands to the viewers: the topics there are, and the latest messages in a ring.
 
-use std::sync::atomic::{AtomicBool, AtomicU64};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use axum::body::Bytes;
-use sinew_recording::session::{Layout, topics};
+use sinew_ipc::Client;
+use sinew_recording::session::{CYCLES, EVENTS, Layout, topics};
 use sinew_server::{Limits, Traffic};
 use tokio::sync::broadcast;
 
 use super::protocol::Channel;
+use crate::watch::Audience;
 
 /// Messages that are kept for viewers who are behind: a second at 1 kHz, 12 MB at the most.
 const KEPT: usize = 1024;
@@ -120,6 +122,41 @@ impl Feed {
 
     fn locked(&self) -> MutexGuard<'_, Notice> {
         self.notice.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The watching thread's end of it.
+pub struct Feeding {
+    pub feed: Arc<Feed>,
+    /// Numbers of the topics: of the cycles, the events and the loop's figures.
+    pub numbers: [u32; 3],
+}
+
+impl Audience for Feeding {
+    fn is_over(&self) -> bool {
+        self.feed.stop.load(Ordering::Relaxed)
+    }
+
+    fn meet(&mut self, _: &Arc<Client>, layout: &Layout) {
+        self.numbers = self.feed.meet(layout);
+    }
+
+    fn gone(&mut self) {
+        self.feed.gone();
+    }
+
+    fn is_heard(&self) -> bool {
+        self.feed.is_heard()
+    }
+
+    fn put(&mut self, topic: &'static str, unix_ns: u64, message: Vec<u8>) {
+        let [cycles, events, figures] = self.numbers;
+        let channel = match topic {
+            CYCLES => cycles,
+            EVENTS => events,
+            _ => figures,
+        };
+        self.feed.put(Item { channel, unix_ns, message: message.into() });
     }
 }
 

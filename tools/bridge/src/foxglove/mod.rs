@@ -1,6 +1,6 @@
 //! The bridge to Foxglove and what speaks its WebSocket protocol: every cycle, with the schemas and the encoding of recordings.
 //!
-//! An ordinary thread (`watch`) reads every cycle as any client does, encodes each once and puts it into a ring of the latest
+//! An ordinary thread ([`watch`](crate::watch)) reads every cycle as any client does, encodes each once and puts it into a ring of the latest
 //! messages (`feed`). Each viewer has a place in that ring (`session`): one that fetches too slowly loses the oldest messages,
 //! which is counted and said to it. Nobody ever waits for a viewer.
 
@@ -8,6 +8,5 @@ mod feed;
 mod protocol;
 mod server;
 mod session;
-mod watch;
 
 pub use server::Foxglove;

@@ -13,11 +13,11 @@ use axum::routing::get;
 use sinew_server::{Limits, Line, Port, Refusal, Traffic, listen, serve, turn_away};
 use sinew_threads::Thread;
 
-use super::feed::Feed;
+use super::feed::{Feed, Feeding};
 use super::protocol::SUBPROTOCOLS;
 use super::session;
-use super::watch::watch;
 use crate::finder::Finder;
+use crate::watch::watch;
 use crate::{Error, Options};
 
 /// A bridge to Foxglove that is open: its port is taken.
@@ -66,9 +66,9 @@ impl Foxglove {
         let system = |e: std::io::Error| Error::System { reason: e.to_string() };
         let Foxglove { feed, finder, rate_hz, listener, .. } = self;
         let watcher = {
-            let (over, feed) = (feed.clone(), feed.clone());
+            let (over, mut feeding) = (feed.clone(), Feeding { feed: feed.clone(), numbers: [0; 3] });
             let start = Thread::Watcher.start().ends_when(move || over.stop.load(Ordering::Relaxed));
-            start.spawn(move || watch(&feed, finder, rate_hz)).map_err(system)?
+            start.spawn(move || watch(&mut feeding, finder, rate_hz)).map_err(system)?
         };
         let router = Router::new().route("/", get(connected)).with_state(feed.clone());
         let port = Port { listener, router, traffic: feed.traffic.clone(), certificate: None };

@@ -1,6 +1,10 @@
 //! `sinew bridge`: the running driver for other programs and machines.
 
+use std::io;
 use std::net::SocketAddr;
+use std::os::unix::process::CommandExt as _;
+use std::path::Path;
+use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -30,6 +34,23 @@ pub fn foxglove(args: &args::Foxglove) -> Outcome {
     let served = until_asked(&format!("ws://{address}"), address, args.duration_s, &traffic, |over| bridge.serve(over));
     output::note(format_args!("messages lost by viewers that were too slow: {}", lost()));
     served
+}
+
+/// `sinew bridge zenoh`: becomes that program, beside this one or wherever programs are.
+pub fn zenoh(args: &args::Zenoh) -> Outcome {
+    const PROGRAM: &str = "sinew-zenoh";
+    let beside = std::env::current_exe().ok().map(|own| own.with_file_name(PROGRAM)).filter(|path| path.is_file());
+    // comes back only where it cannot be started
+    let error = Command::new(beside.as_deref().unwrap_or(Path::new(PROGRAM))).args(&args.arguments).exec();
+    Err(match error.kind() {
+        io::ErrorKind::NotFound => Failure::input(format!(
+            "the bridge to Zenoh is a program of its own, {PROGRAM}: neither beside this one nor in PATH"
+        ))
+        .hint(format!(
+            "in a clone: `cargo build --release --manifest-path tools/zenoh/Cargo.toml`, then put {PROGRAM} into PATH"
+        )),
+        _ => Failure::own(format!("{PROGRAM} cannot be started: {error}")),
+    })
 }
 
 /// The rig that is meant; a named one may have no driver yet.

@@ -61,6 +61,7 @@ pub fn dispatch(command: &Driving) -> Outcome {
         Driving::Bridge(bridge) => match &bridge.what {
             BridgeWhat::Prometheus(args) => bridge::prometheus(args),
             BridgeWhat::Foxglove(args) => bridge::foxglove(args),
+            BridgeWhat::Zenoh(args) => bridge::zenoh(args),
         },
         Driving::Set(args) => set::set(args),
         Driving::Play(args) => play::play(args),

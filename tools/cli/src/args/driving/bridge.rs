@@ -1,5 +1,6 @@
 //! Bridges: a running driver for other programs and machines.
 
+use std::ffi::OsString;
 use std::net::{Ipv4Addr, SocketAddr};
 
 use clap::{Args, Subcommand};
@@ -22,6 +23,8 @@ pub enum BridgeWhat {
     Prometheus(Prometheus),
     /// Every cycle, live, for Foxglove, Lichtblick and PlotJuggler.
     Foxglove(Foxglove),
+    /// State and streams for Zenoh, and commands by certificate: starts `sinew-zenoh`, a program of its own.
+    Zenoh(Zenoh),
 }
 
 /// `sinew bridge prometheus`.
@@ -69,6 +72,21 @@ pub struct Foxglove {
     /// Stop after so many seconds.
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub duration_s: Option<f64>,
+}
+
+/// `sinew bridge zenoh`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  sinew bridge zenoh                           state and streams at tcp/127.0.0.1:7447
+  sinew bridge zenoh -- --help                 what else there is
+
+It is a program of its own, sinew-zenoh, beside this one or in PATH: Zenoh is 270 crates, which nobody compiles who does
+not want it. In a clone: `cargo build --release --manifest-path tools/zenoh/Cargo.toml`.")]
+pub struct Zenoh {
+    /// What sinew-zenoh is told.
+    #[arg(value_name = "ARGUMENT", trailing_var_arg = true, allow_hyphen_values = true)]
+    pub arguments: Vec<OsString>,
 }
 
 fn loopback(port: u16) -> SocketAddr {

@@ -21,7 +21,7 @@ use super::Laws;
 use super::numbers::{positive, seconds};
 
 pub use bench::{Bench, BenchControl, BenchLoop, BenchWhat};
-pub use bridge::{Bridge, BridgeWhat, Foxglove, Prometheus};
+pub use bridge::{Bridge, BridgeWhat, Foxglove, Prometheus, Zenoh};
 pub use bringup::{Bringup, BringupStep};
 pub use design::{Design, Joint, Method};
 pub use life::Life;

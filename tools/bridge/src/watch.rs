@@ -1,13 +1,12 @@
-//! The thread that watches the driver: every cycle, every fault, and the loop's figures once a second, encoded as in recordings.
+//! Watches a driver for whoever looks on: every cycle, every fault, and the loop's figures once a second, encoded as in recordings.
 
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use sinew_ipc::{ChannelState, Client, Clocks, Cycle, CycleStream, Error};
 use sinew_recorder::{FaultEvents, layout, loop_figures};
-use sinew_recording::session::{Event, GAP, Head};
+use sinew_recording::session::{CYCLES, EVENTS, Event, GAP, Head, LOOP, Layout, LoopFigures};
 
-use super::feed::{Feed, Item};
 use crate::finder::{Finder, has_ended};
 
 /// Between two attempts to find a driver again.
@@ -17,37 +16,70 @@ const WAIT: Duration = Duration::from_millis(20);
 /// Between two looks at the loop's figures.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// Watches until the bridge is to stop; of the cycles at most `rate_hz` a second, where that is given.
-pub fn watch(feed: &Feed, mut finder: Finder, rate_hz: Option<f64>) {
+/// Those for whom a driver is watched.
+pub trait Audience {
+    /// Whether it is time to end.
+    fn is_over(&self) -> bool;
+
+    /// There is a driver, with these channels.
+    fn meet(&mut self, client: &Arc<Client>, layout: &Layout);
+
+    /// It has gone.
+    fn gone(&mut self);
+
+    /// Whether anybody listens: else nothing is encoded.
+    fn is_heard(&self) -> bool;
+
+    /// A message of one of [`topics`](sinew_recording::session::topics), in CDR, with its time of day, ns since 1970.
+    fn put(&mut self, topic: &'static str, unix_ns: u64, message: Vec<u8>);
+
+    /// So many cycles have not come from the driver, whether anybody listens or not.
+    fn lost(&mut self, _cycles: u64) {}
+}
+
+/// Watches until the audience says that it is over; of the cycles at most `rate_hz` a second, where that is given.
+pub fn watch(audience: &mut impl Audience, mut finder: Finder, rate_hz: Option<f64>) {
     // as in a recording: the driver's clock, which never jumps, and one comparison of it with the time of day
     let boot_unix_ns = Clocks::now().system(0).ns.max(0) as u64;
-    while !is_over(feed) {
+    while !is_over(audience) {
         if let Some(client) = finder.find() {
-            let followed = client.stream().and_then(|stream| follow(feed, &client, stream, boot_unix_ns, rate_hz));
+            let followed = client.stream().and_then(|stream| follow(audience, &client, stream, boot_unix_ns, rate_hz));
             if let Err(error) = followed {
                 tracing::info!("{}", error.message());
             }
-            feed.gone();
+            audience.gone();
         }
         let next = Instant::now() + RETRY;
-        while !is_over(feed) && Instant::now() < next {
+        while !is_over(audience) && Instant::now() < next {
             std::thread::sleep(WAIT);
         }
     }
 }
 
-fn is_over(feed: &Feed) -> bool {
-    feed.stop.load(Ordering::Relaxed) || sinew_threads::is_struck()
+/// The latest cycle of a driver, in CDR as on [`CYCLES`].
+pub fn latest_cycle(client: &Client) -> Vec<u8> {
+    client.with_latest(|state| {
+        let head = Head { cycle: state.cycle, monotonic_ns: state.monotonic_ns, missed: state.missed };
+        let mut message = Vec::new();
+        head.encode(ChannelState::bytes_of(state.channels()), &mut message);
+        message
+    })
+}
+
+/// The figures of a driver's loop as of now, as on [`LOOP`].
+pub fn latest_figures(client: &Client) -> LoopFigures {
+    let header = client.latest().header();
+    loop_figures(&client.loop_stats(), header.cycle, header.monotonic_ns)
+}
+
+fn is_over(audience: &impl Audience) -> bool {
+    audience.is_over() || sinew_threads::is_struck()
 }
 
 /// What is sent of one driver.
-struct Sender<'a> {
-    feed: &'a Feed,
+struct Sender<'a, A: Audience> {
+    audience: &'a mut A,
     boot_unix_ns: u64,
-    /// Numbers of the topics.
-    cycles: u32,
-    events: u32,
-    figures: u32,
     names: Vec<String>,
     faults: FaultEvents,
     /// Time between two cycles that are sent, ns.
@@ -57,9 +89,9 @@ struct Sender<'a> {
 }
 
 /// Follows one driver to its end.
-fn follow(
-    feed: &Feed,
-    client: &Client,
+fn follow<A: Audience>(
+    audience: &mut A,
+    client: &Arc<Client>,
     mut stream: CycleStream,
     boot_unix_ns: u64,
     rate_hz: Option<f64>,
@@ -69,12 +101,12 @@ fn follow(
         // a driver has no two channels of one name
         return Ok(());
     };
-    let [cycles, events, figures] = feed.meet(&layout);
+    audience.meet(client, &layout);
     let faults = FaultEvents::new(names.len());
     let period_ns = rate_hz.map_or(0, |rate_hz| (1e9 / rate_hz) as u64);
-    let mut sender = Sender { feed, boot_unix_ns, cycles, events, figures, names, faults, period_ns, due_ns: 0 };
+    let mut sender = Sender { audience, boot_unix_ns, names, faults, period_ns, due_ns: 0 };
     let mut looked: Option<Instant> = None;
-    while !is_over(feed) {
+    while !is_over(sender.audience) {
         let mut waited = stream.next_within(WAIT)?.map(|cycle| sender.cycle(&cycle)).is_some();
         while waited {
             waited = stream.next()?.map(|cycle| sender.cycle(&cycle)).is_some();
@@ -90,10 +122,9 @@ fn follow(
     Ok(())
 }
 
-impl Sender<'_> {
-    fn put(&self, channel: u32, monotonic_ns: u64, message: Vec<u8>) {
-        let unix_ns = self.boot_unix_ns.wrapping_add(monotonic_ns);
-        self.feed.put(Item { channel, unix_ns, message: message.into() });
+impl<A: Audience> Sender<'_, A> {
+    fn put(&mut self, topic: &'static str, monotonic_ns: u64, message: Vec<u8>) {
+        self.audience.put(topic, self.boot_unix_ns.wrapping_add(monotonic_ns), message);
     }
 
     fn cycle(&mut self, cycle: &Cycle<'_>) {
@@ -101,7 +132,10 @@ impl Sender<'_> {
             Head { cycle: cycle.header.cycle, monotonic_ns: cycle.header.monotonic_ns, missed: cycle.header.missed };
         let bytes = ChannelState::bytes_of(cycle.channels);
         let events: Vec<Event> = self.faults.of(&head, bytes, &self.names).collect();
-        if !self.feed.is_heard() {
+        if cycle.lost > 0 {
+            self.audience.lost(cycle.lost);
+        }
+        if !self.audience.is_heard() {
             return;
         }
         if cycle.lost > 0 {
@@ -123,19 +157,18 @@ impl Sender<'_> {
                 if next_ns > head.monotonic_ns { next_ns } else { head.monotonic_ns.saturating_add(self.period_ns) };
             let mut message = Vec::new();
             head.encode(bytes, &mut message);
-            self.put(self.cycles, head.monotonic_ns, message);
+            self.put(CYCLES, head.monotonic_ns, message);
         }
     }
 
-    fn event(&self, event: &Event) {
-        self.put(self.events, event.monotonic_ns, event.encode());
+    fn event(&mut self, event: &Event) {
+        self.put(EVENTS, event.monotonic_ns, event.encode());
     }
 
-    fn look(&self, client: &Client) {
-        if self.feed.is_heard() {
-            let header = client.latest().header();
-            let figures = loop_figures(&client.loop_stats(), header.cycle, header.monotonic_ns);
-            self.put(self.figures, header.monotonic_ns, figures.encode());
+    fn look(&mut self, client: &Client) {
+        if self.audience.is_heard() {
+            let figures = latest_figures(client);
+            self.put(LOOP, figures.monotonic_ns, figures.encode());
         }
     }
 }
