@@ -83,15 +83,7 @@ impl Hexapod {
         let (sin, cos) = declared.slope_rad.sin_cos();
         let inertia = [y + z, x + z, x + y].map(|squares| body_kg * squares / 12.0);
         let legs = Leg::all(declared);
-        // how fast springs and dampers of 1 N/m and 1 N s/m at all feet stop it: along, and about each axis
-        let squares = legs.iter().map(|leg| leg.parts([0.0; JOINTS]).foot.map(|x| x * x)).fold([0.0; 3], sum);
-        let [x, y, z] = squares;
-        let stops = [LEGS as f64 / body_kg, (y + z) / inertia[0], (x + z) / inertia[1], (x + y) / inertia[2]];
-        let fastest = stops.into_iter().fold(0.0, f64::max);
-        let followed_per_s = STEP * MOST_STEPS / period_s;
-        let stiffest = (followed_per_s / (FOOT_DAMPING_S * fastest)).min(followed_per_s * followed_per_s / fastest);
-        let stiffness_n_per_m = declared.foot_n_per_m.min(stiffest);
-        let stops_per_s = (FOOT_DAMPING_S * stiffness_n_per_m * fastest).max((stiffness_n_per_m * fastest).sqrt());
+        let (stiffness_n_per_m, steps) = followed(declared.foot_n_per_m, body_kg, inertia, &legs, period_s);
         let corner = |ahead, left| [ahead * leg_spacing_m, left * 0.5 * hip_width_m, -belly_m];
         Hexapod {
             mass_kg: body_kg,
@@ -104,7 +96,7 @@ impl Hexapod {
                 damping_n_s_per_m: stiffness_n_per_m * FOOT_DAMPING_S,
                 friction: declared.friction,
             },
-            steps: (period_s * stops_per_s / STEP).ceil().min(MOST_STEPS) as u32,
+            steps,
             uneven_m: declared.unevenness_m,
             feet: [Foot::default(); LEGS],
             placed: None,
@@ -199,8 +191,8 @@ impl Hexapod {
         }
         self.speed_m_s = sum(self.speed_m_s, times(dt_s / self.mass_kg, force));
         let turning = difference(torque, cross(self.spin, self.angular()));
-        for axis in 0..3 {
-            self.spin[axis] += dt_s * turning[axis] / self.inertia[axis];
+        for ((spin, turning), inertia) in self.spin.iter_mut().zip(turning).zip(self.inertia) {
+            *spin += dt_s * turning / inertia;
         }
         self.at_m = sum(self.at_m, times(dt_s, self.speed_m_s));
         self.turn = self.turn.spun(self.spin, dt_s);
@@ -211,6 +203,20 @@ impl Hexapod {
     fn angular(&self) -> Vector {
         std::array::from_fn(|axis| self.inertia[axis] * self.spin[axis])
     }
+}
+
+/// The stiffness of feet, N/m, that can be followed, no more than declared, and the steps of a period that it takes.
+fn followed(declared_n_per_m: f64, mass_kg: f64, inertia: Vector, legs: &[Leg; LEGS], period_s: f64) -> (f64, u32) {
+    // what all feet do to the body for each of their N/m: along, and about each axis, 1/kg
+    let [x, y, z] = legs.iter().map(|leg| leg.parts([0.0; JOINTS]).foot.map(|place| place * place)).fold([0.0; 3], sum);
+    let held = [LEGS as f64 / mass_kg, (y + z) / inertia[0], (x + z) / inertia[1], (x + y) / inertia[2]];
+    let most = held.into_iter().fold(0.0, f64::max);
+    // their springs swing it at √(k · held), and their dampers stop it at d · held
+    let most_per_s = STEP * MOST_STEPS / period_s;
+    let stiffest_n_per_m = (most_per_s / (FOOT_DAMPING_S * most)).min(most_per_s * most_per_s / most);
+    let stiffness_n_per_m = declared_n_per_m.min(stiffest_n_per_m);
+    let per_s = (FOOT_DAMPING_S * stiffness_n_per_m * most).max((stiffness_n_per_m * most).sqrt());
+    (stiffness_n_per_m, (period_s * per_s / STEP).ceil().min(MOST_STEPS) as u32)
 }
 
 #[cfg(test)]
@@ -331,7 +337,9 @@ mod tests {
     fn what_its_legs_do_is_what_it_gains() {
         // without dampers, and with feet that neither slip nor leave the ground: energy of body and springs changes by the work of the legs
         let mut body = Hexapod::new(&Demonstrator { friction: 1e3, ..declared() }, 1, PERIOD_S);
-        (0..1000).for_each(|_| drop(body.pass(&LEVEL, PERIOD_S)));
+        for _ in 0..1000 {
+            body.pass(&LEVEL, PERIOD_S);
+        }
         body.ground.damping_n_s_per_m = 0.0;
         let places = |body: &Hexapod, t: f64| -> [Vector; LEGS] {
             let angles = [0.05 * (5.0 * t).sin(), 0.05 * (7.0 * t).sin(), 0.03 * (3.0 * t).sin()];
@@ -392,7 +400,9 @@ mod tests {
         for (declared, period_s) in [(declared(), 1e-2), (declared(), 1e-4), (light, 1e-3), (long, 1e-3)] {
             let mut body = Hexapod::new(&declared, 1, period_s);
             assert!(f64::from(body.steps) <= MOST_STEPS);
-            (0..(2.0 / period_s) as u32).for_each(|_| drop(body.pass(&LEVEL, period_s)));
+            for _ in 0..(2.0 / period_s) as u32 {
+                body.pass(&LEVEL, period_s);
+            }
             let speed = dot(body.speed_m_s, body.speed_m_s).sqrt();
             assert!(speed < 1e-3 && body.leans_rad() < 0.01, "{declared:?}: {speed} {}", body.leans_rad());
         }
