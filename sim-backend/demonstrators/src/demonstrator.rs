@@ -189,7 +189,7 @@ impl Demonstrator {
                 (body, declared.camera_noise_m, Pose::Arm { angles_rad: [0.0; 2], target_m })
             }
             DemonstratorKind::Hexapod => {
-                let body = Hexapod::new(declared, seed);
+                let body = Hexapod::new(declared, seed, 1.0 / rig.rate_hz);
                 let pose = Pose::Hexapod(body.stance(&[[0.0; JOINTS]; LEGS]));
                 (Body::Hexapod(Box::new(body)), declared.compass_noise_rad, pose)
             }

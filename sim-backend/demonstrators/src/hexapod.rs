@@ -21,8 +21,10 @@ pub(crate) use leg::{JOINTS, LEGS, Leg, Parts};
 pub(crate) use space::{Turn, Vector, sum};
 use space::{cross, difference, times};
 
-/// Steps of the body in a period of the rig.
-const STEPS: u32 = 4;
+/// A step of the body is no longer than this share of the time in which its feet stop it, and a period of the rig has no more steps than so many: feet
+/// for which that is not enough are softer than declared.
+const STEP: f64 = 0.5;
+const MOST_STEPS: f64 = 64.0;
 /// A foot's damper over its spring, s: on six feet of 600 N/m, 60 g swing out with half of the critical damping.
 const FOOT_DAMPING_S: f64 = 4e-3;
 /// A foothold is within so many times the unevenness, RMS, of the plane: a foot that is higher looks for another one.
@@ -58,6 +60,8 @@ pub(crate) struct Hexapod {
     corners_m: [Vector; 4],
     legs: [Leg; LEGS],
     ground: Ground,
+    /// Steps in a period.
+    steps: u32,
     uneven_m: f64,
     feet: [Foot; LEGS],
     /// Where the feet were at the end of the last period, in the body's own directions.
@@ -71,24 +75,28 @@ pub(crate) struct Hexapod {
 }
 
 impl Hexapod {
-    /// Of a rig file, to be put down where its world begins.
-    pub fn new(declared: &Demonstrator, seed: u64) -> Hexapod {
+    /// Of a rig file, to be put down where its world begins, and to be followed period by period.
+    pub fn new(declared: &Demonstrator, seed: u64, period_s: f64) -> Hexapod {
         let Demonstrator { body_kg, leg_spacing_m, hip_width_m, belly_m, .. } = *declared;
         // a box as long as the rows of hips, as wide, and as high below them as above
         let [x, y, z] = [2.0 * leg_spacing_m, hip_width_m, 2.0 * belly_m].map(|side| side * side);
         let (sin, cos) = declared.slope_rad.sin_cos();
+        let inertia = [y + z, x + z, x + y].map(|squares| body_kg * squares / 12.0);
+        let legs = Leg::all(declared);
+        let (stiffness_n_per_m, steps) = followed(declared.foot_n_per_m, body_kg, inertia, &legs, period_s);
         let corner = |ahead, left| [ahead * leg_spacing_m, left * 0.5 * hip_width_m, -belly_m];
         Hexapod {
             mass_kg: body_kg,
-            inertia: [y + z, x + z, x + y].map(|squares| body_kg * squares / 12.0),
+            inertia,
             gravity: [-G * sin, 0.0, -G * cos],
             corners_m: [corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(-1.0, -1.0)],
-            legs: Leg::all(declared),
+            legs,
             ground: Ground {
-                stiffness_n_per_m: declared.foot_n_per_m,
-                damping_n_s_per_m: declared.foot_n_per_m * FOOT_DAMPING_S,
+                stiffness_n_per_m,
+                damping_n_s_per_m: stiffness_n_per_m * FOOT_DAMPING_S,
                 friction: declared.friction,
             },
+            steps,
             uneven_m: declared.unevenness_m,
             feet: [Foot::default(); LEGS],
             placed: None,
@@ -148,15 +156,15 @@ impl Hexapod {
             moves[leg] = times(1.0 / period_s, difference(there[leg], before[leg]));
         }
         let mut pushed = [[0.0; 3]; LEGS];
-        let dt_s = period_s / f64::from(STEPS);
-        for step in 1..=STEPS {
+        let dt_s = period_s / f64::from(self.steps);
+        for step in 1..=self.steps {
             let mut feet = before;
             for (foot, moves) in feet.iter_mut().zip(moves) {
                 *foot = sum(*foot, times(f64::from(step) * dt_s, moves));
             }
             let forces = self.step(&feet, &moves, dt_s);
             for (pushed, force) in pushed.iter_mut().zip(forces) {
-                *pushed = sum(*pushed, times(1.0 / f64::from(STEPS), force));
+                *pushed = sum(*pushed, times(1.0 / f64::from(self.steps), force));
             }
         }
         std::array::from_fn(|leg| self.legs[leg].torques_n_m(angles_rad[leg], pushed[leg]))
@@ -183,8 +191,8 @@ impl Hexapod {
         }
         self.speed_m_s = sum(self.speed_m_s, times(dt_s / self.mass_kg, force));
         let turning = difference(torque, cross(self.spin, self.angular()));
-        for axis in 0..3 {
-            self.spin[axis] += dt_s * turning[axis] / self.inertia[axis];
+        for ((spin, turning), inertia) in self.spin.iter_mut().zip(turning).zip(self.inertia) {
+            *spin += dt_s * turning / inertia;
         }
         self.at_m = sum(self.at_m, times(dt_s, self.speed_m_s));
         self.turn = self.turn.spun(self.spin, dt_s);
@@ -195,6 +203,20 @@ impl Hexapod {
     fn angular(&self) -> Vector {
         std::array::from_fn(|axis| self.inertia[axis] * self.spin[axis])
     }
+}
+
+/// The stiffness of feet, N/m, that can be followed, no more than declared, and the steps of a period that it takes.
+fn followed(declared_n_per_m: f64, mass_kg: f64, inertia: Vector, legs: &[Leg; LEGS], period_s: f64) -> (f64, u32) {
+    // what all feet do to the body for each of their N/m: along, and about each axis, 1/kg
+    let [x, y, z] = legs.iter().map(|leg| leg.parts([0.0; JOINTS]).foot.map(|place| place * place)).fold([0.0; 3], sum);
+    let held = [LEGS as f64 / mass_kg, (y + z) / inertia[0], (x + z) / inertia[1], (x + y) / inertia[2]];
+    let most = held.into_iter().fold(0.0, f64::max);
+    // their springs swing it at √(k · held), and their dampers stop it at d · held
+    let most_per_s = STEP * MOST_STEPS / period_s;
+    let stiffest_n_per_m = (most_per_s / (FOOT_DAMPING_S * most)).min(most_per_s * most_per_s / most);
+    let stiffness_n_per_m = declared_n_per_m.min(stiffest_n_per_m);
+    let per_s = (FOOT_DAMPING_S * stiffness_n_per_m * most).max((stiffness_n_per_m * most).sqrt());
+    (stiffness_n_per_m, (period_s * per_s / STEP).ceil().min(MOST_STEPS) as u32)
 }
 
 #[cfg(test)]
@@ -226,7 +248,7 @@ mod tests {
 
     /// Lets time pass with the joints where a function of time has them; the body, and the forces at the end, from the torques' own step.
     fn after(declared: &Demonstrator, seconds: f64, mut angles: impl FnMut(f64) -> Angles) -> Hexapod {
-        let mut body = Hexapod::new(declared, 1);
+        let mut body = Hexapod::new(declared, 1, PERIOD_S);
         for period in 0..(seconds / PERIOD_S) as u32 {
             body.pass(&angles(f64::from(period) * PERIOD_S), PERIOD_S);
         }
@@ -271,7 +293,7 @@ mod tests {
         let mut angles = LEVEL;
         // all of a side but one, and the other side's middle
         [0, 2, 4, 3].into_iter().for_each(|leg| angles[leg][1] = 1.2);
-        let mut body = Hexapod::new(&declared(), 1);
+        let mut body = Hexapod::new(&declared(), 1, PERIOD_S);
         let falls = (0..3000).position(|_| {
             body.pass(&angles, PERIOD_S);
             body.has_fallen()
@@ -314,8 +336,10 @@ mod tests {
     #[test]
     fn what_its_legs_do_is_what_it_gains() {
         // without dampers, and with feet that neither slip nor leave the ground: energy of body and springs changes by the work of the legs
-        let mut body = Hexapod::new(&Demonstrator { friction: 1e3, ..declared() }, 1);
-        (0..1000).for_each(|_| drop(body.pass(&LEVEL, PERIOD_S)));
+        let mut body = Hexapod::new(&Demonstrator { friction: 1e3, ..declared() }, 1, PERIOD_S);
+        for _ in 0..1000 {
+            body.pass(&LEVEL, PERIOD_S);
+        }
         body.ground.damping_n_s_per_m = 0.0;
         let places = |body: &Hexapod, t: f64| -> [Vector; LEGS] {
             let angles = [0.05 * (5.0 * t).sin(), 0.05 * (7.0 * t).sin(), 0.03 * (3.0 * t).sin()];
@@ -367,5 +391,20 @@ mod tests {
         let gone = body.at_m[0] - start;
         assert!((gone / (10.0 * stroke) - 1.0).abs() < 0.1, "{gone} {}", 10.0 * stroke);
         assert!(!body.has_fallen());
+    }
+
+    #[test]
+    fn however_light_and_long_legged_it_is_and_however_slow_its_rig_it_comes_to_rest() {
+        let long = Demonstrator { coxa_m: 0.05, femur_m: 0.1, tibia_m: 0.2, ..declared() };
+        let light = Demonstrator { body_kg: 0.001, foot_n_per_m: 2000.0, ..declared() };
+        for (declared, period_s) in [(declared(), 1e-2), (declared(), 1e-4), (light, 1e-3), (long, 1e-3)] {
+            let mut body = Hexapod::new(&declared, 1, period_s);
+            assert!(f64::from(body.steps) <= MOST_STEPS);
+            for _ in 0..(2.0 / period_s) as u32 {
+                body.pass(&LEVEL, period_s);
+            }
+            let speed = dot(body.speed_m_s, body.speed_m_s).sqrt();
+            assert!(speed < 1e-3 && body.leans_rad() < 0.01, "{declared:?}: {speed} {}", body.leans_rad());
+        }
     }
 }

@@ -17,7 +17,7 @@ fn no_period_allocates() {
         let mut backend = DemonstratorBackend::new(wires, Demonstrator::of(&rig).unwrap().unwrap());
         let mut samples = vec![Sample::NONE; rig.channels.len()];
         backend.start().unwrap();
-        for period in 0..if samples.len() > 2 { 20_000 } else { 120_000_u32 } {
+        for period in 0..120_000_u32 {
             // up and down, so that a ball is put down and falls
             let duties = [if period % 4000 < 2000 { 0.3 } else { 0.05 }; 18];
             let before = calls_of_this_thread();

@@ -128,7 +128,7 @@ table! {
         femur_rad: f64 = "femur_degrees", number(DEGREES, -90.0, 90.0), Number(20.0), only with_legs();
         /// How far outwards the tibia leans from the plumb line there.
         tibia_rad: f64 = "tibia_degrees", number(DEGREES, -90.0, 90.0), Number(10.0), only with_legs();
-        /// By how much a foot and its leg give under a force, both down and along the ground.
+        /// Stiffness of a foot with its leg, both down and along the ground.
         foot_n_per_m: f64 = "foot_n_per_m", number(si("N/m"), 50.0, 2000.0), Number(600.0), only with_legs();
         /// Coefficient of friction between foot and ground.
         friction: f64 = "friction", number(si("1"), 0.0, 10.0), Number(0.7), only with_legs();

@@ -37,7 +37,7 @@ impl Drawn {
         let [heading, pitch, roll] = stance.turned_rad.map(f64::to_degrees);
         let feet = stance.stands.map(|stands| if stands { '●' } else { '○' });
         let says = format!(
-            "{:.3} m ahead, {:+.0} mm beside its line, heading {heading:+.1}°, leans {:.1}°, feet {}",
+            "{:.3} m ahead, {:+.0} mm left of its line, heading {heading:+.1}°, leans {:.1}°, feet {}",
             stance.at_m[0],
             stance.at_m[1] * 1e3,
             pitch.hypot(roll),
