@@ -9,6 +9,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
+use sinew_bridge::has_ended;
 use sinew_ipc::{ALL_CHANNELS, Client, ClientOptions, CommandKind, Wanted};
 use sinew_server::{Allowance, Flow};
 use zenoh::bytes::Encoding;
@@ -219,7 +220,7 @@ impl Desk {
             Ok(request)
         });
         let done = asked.and_then(|request| {
-            let done = commander.carry_out(&request, &self.station);
+            let done = commander.carry_out(&request, &self.station.rig);
             if done.is_ok() { &counts.taken } else { &counts.refused }.one();
             done
         });
@@ -247,25 +248,21 @@ impl Desk {
 
 impl Commander {
     /// His connection to the driver that runs now.
-    fn client(&mut self, station: &Station) -> Result<Arc<Client>, Refused> {
-        let gone = || Refused::new(format!("no driver of {} runs", station.rig), "start it with `sinew run`");
-        let pid = station.client().ok_or_else(gone)?.info().pid;
+    fn client(&mut self, rig: &str) -> Result<Arc<Client>, Refused> {
         match &self.client {
-            Some(client) if client.info().pid == pid => Ok(client.clone()),
+            Some(client) if !has_ended(client) => Ok(client.clone()),
             _ => {
-                let options = ClientOptions { connect: Duration::ZERO, answer: ANSWER };
-                let client = Arc::new(Client::connect_with(&station.rig, options)?);
                 // what was held was the last driver's
                 self.held.clear();
-                self.client = Some(client.clone());
-                Ok(client)
+                let options = ClientOptions { connect: Duration::ZERO, answer: ANSWER };
+                Ok(self.client.insert(Arc::new(Client::connect_with(rig, options)?)).clone())
             }
         }
     }
 
     /// Asks the driver for him, and keeps in mind what he holds by that.
-    fn carry_out(&mut self, request: &Request, station: &Station) -> Result<Done, Refused> {
-        let client = self.client(station)?;
+    fn carry_out(&mut self, request: &Request, rig: &str) -> Result<Done, Refused> {
+        let client = self.client(rig)?;
         let Effect { leased, hold, released } = request.effect(&client)?;
         let done = request.carry_out(&client, hold);
         let is_taken = done.is_ok();
