@@ -36,8 +36,7 @@ impl JointDemand {
     /// What is asked of the wire of a side (0 = agonist) alone, at the end of a lever of `radius_m`, lengths counted from angle 0; with
     /// what is believed of it.
     pub(super) fn of_wire(&self, side: usize, radius_m: f64) -> Demand {
-        let Motion { angle_rad, rate_rad_s } = Motion::of(&self.estimate);
-        Demand { estimate: self.estimate.wires[side], ..self.at(side, radius_m, Motion { angle_rad, rate_rad_s }) }
+        Demand { estimate: self.estimate.wires[side], ..self.at(side, radius_m, Motion::of(&self.estimate)) }
     }
 
     /// The same of the agonist by another motion than that which is believed, and nothing else known.

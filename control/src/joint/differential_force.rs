@@ -29,6 +29,8 @@ const INNER: PidGains = PidGains {
     filter_s: PidGains::FILTER_S,
     tracking_s: PidGains::TRACKING_S,
 };
+/// Faster than that no difference of the tensions changes, in shares of the tension kept a second.
+const MOST_RATE: f64 = 1e4;
 /// Duty of a wire that has none of the tension to be kept.
 const ANTI_SLACK: f64 = 2.0;
 /// Where the relay changes from its strong to its weak stage, in shares of the tension kept, and the duty of the weak one.
@@ -54,6 +56,8 @@ impl Inner {
         match self {
             Inner::Pid { pid, before } => {
                 let falls = before.replace(now).map_or(0.0, |before| (before - now) / dt_s);
+                // in hardly any time anything falls at any rate
+                let falls = falls.clamp(-MOST_RATE, MOST_RATE);
                 pid.answer(&INNER, error, falls, dt_s, 0.0).given
             }
             Inner::Relay if error.abs() > RELAY_NEAR => error.signum(),
@@ -101,7 +105,8 @@ impl DifferentialForce {
         let share = self.outer.give_with(&self.gains, &agonist, 0.0);
         let at_rest_n = (s.joint.spring_n_m * demand.reference_rad - s.joint.torque_n_m) / s.joint.radius_m;
         let most_n = s.maximum_tension_n - s.minimum_tension_n;
-        (share * set_n + at_rest_n).clamp(-most_n, most_n)
+        // in this order no limit that is none stops anything
+        (share * set_n + at_rest_n).min(most_n).max(-most_n)
     }
 }
 
@@ -196,6 +201,18 @@ mod tests {
         for (wanted, now, expected) in [(0.5, 0.0, 1.0), (-0.5, 0.0, -1.0), (0.5, 0.45, 0.25), (0.5, 0.55, -0.25)] {
             assert_eq!(relay.difference(wanted, now, 1e-3), expected, "{wanted} {now}");
         }
+    }
+
+    /// An instant of no length is no reason to forget how to add.
+    #[test]
+    fn the_force_loop_bears_an_instant() {
+        let pid = Pid::new(INNER, false, Range::difference(1.0));
+        let mut inner = Inner::Pid { pid, before: None };
+        for (now, dt_s) in [(0.0, 1e-3), (0.4, 1e-311), (-0.4, f64::MIN_POSITIVE), (0.0, 1e-3)] {
+            assert!((-1.0..=1.0).contains(&inner.difference(0.0, now, dt_s)));
+        }
+        let settled = (0..2000).map(|_| inner.difference(0.05, 0.0, 1e-3)).last();
+        assert_eq!(settled, Some(1.0), "{inner:?}");
     }
 
     /// What the joint's spring and its weight take is known and commanded at once.

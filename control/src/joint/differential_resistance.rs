@@ -47,8 +47,8 @@ impl Readings {
             self.now = Some(match self.now {
                 None => Motion { angle_rad: read, rate_rad_s: 0.0 },
                 Some(before) => {
-                    let moved = (read - before.angle_rad) * dt_s / (FILTER_S + dt_s);
-                    Motion { angle_rad: before.angle_rad + moved, rate_rad_s: moved / dt_s }
+                    let rate_rad_s = (read - before.angle_rad) / (FILTER_S + dt_s);
+                    Motion { angle_rad: before.angle_rad + rate_rad_s * dt_s, rate_rad_s }
                 }
             });
         }

@@ -9,7 +9,7 @@ use sinew_physics::formulas::{WORKING_EXCESS_K, heating_power_w, load_pull_n, lo
 use sinew_physics::{Inputs, Load, Wire, WireModel};
 
 use crate::bound::{Aim, swing_s, time_optimal};
-use crate::{BAND, Choice, Error, Plant};
+use crate::{BAND, Choice, Error, Family, Plant};
 
 /// A phase is no closer to an end than this where a logarithm is taken of it.
 const EDGE: f64 = 0.01;
@@ -42,13 +42,13 @@ impl ExactStep {
 /// [`Error::Rig`] where the rig file does not allow the choice on this plant, or the plant is a pair of wires.
 pub fn exact_steps(plant: &Plant, choice: &Choice, strokes: &[f64]) -> Result<Vec<ExactStep>, Error> {
     let refused = |error: &dyn std::fmt::Display| Error::Rig(error.to_string());
+    let no_single_wire =
+        || Error::Rig(format!("{}: its wires are no single wire, so no law of a channel drives them", plant.name));
+    if plant.family == Family::Pair {
+        return Err(no_single_wire());
+    }
     let believed = plant.believed(choice, 0)?;
-    let [channel] = believed.channels.as_slice() else {
-        return Err(Error::Rig(format!(
-            "{}: its wires are no single wire, so no law of a channel drives them",
-            plant.name
-        )));
-    };
+    let [channel] = believed.channels.as_slice() else { return Err(no_single_wire()) };
     let model = &channel.model;
     let range = StrokeRange::of(model).map_err(|error| refused(&error))?;
     let (dt_s, max_duty) = (1.0 / believed.rate_hz, channel.limits.max_duty);

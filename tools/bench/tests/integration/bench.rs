@@ -38,10 +38,12 @@ fn every_word_of_the_rig_file_is_a_choice() {
 #[test]
 fn every_plant_takes_every_choice() {
     for plant in Plant::all() {
-        for choice in Choice::all() {
+        let pair = plant.family == Family::Pair;
+        for choice in if pair { Choice::of_joint() } else { Choice::all() } {
             let believed = plant.believed(&choice, 1).unwrap_or_else(|e| panic!("{} {choice:?}: {e}", plant.name));
             let truth = plant.truth(&believed);
-            assert_eq!(truth == believed, plant.family != Family::Misjudged, "{}", plant.name);
+            let misjudged = plant.family == Family::Misjudged || plant.name.ends_with("misjudged");
+            assert_eq!(truth == believed, !misjudged, "{}", plant.name);
             truth.channels[0].model.validate().unwrap_or_else(|e| panic!("{}: {e}", plant.name));
         }
     }
