@@ -902,21 +902,19 @@ const char *sinew_mode_name(uint32_t mode);
 uint64_t sinew_monotonic_ns(void);
 
 // The system's time of a driver's stamp, ns since 1970 (UTC), and what that is off by at the most, ns: by a
-// comparison of the two clocks, made now. A stamp from before the system's clock was set comes out as that is set now.
+// comparison of the two clocks, made now. A stamp from before the system's clock was set comes out as that is set
+// now.
 SinewStatus sinew_system_time(uint64_t monotonic_ns, int64_t *system_ns, uint64_t *error_ns);
 
 // What is usual of another clock: to be changed where more is known, and handed to `sinew_clock_map`.
 SinewStatus sinew_clock_rules(SinewClockRules *rules);
 
-// Opens a map of a device's clock, a data acquisition's or a camera's, that knows nothing yet. `rules` may be null:
-// what is usual. Needs
-// no driver.
-SinewStatus sinew_clock_map(const SinewClockRules *rules,
-                            SinewClockMap **map);
+// Opens a map of a device's clock, a data acquisition's or a camera's, that knows nothing yet. `rules` may be
+// null: what is usual. Needs no driver.
+SinewStatus sinew_clock_map(const SinewClockRules *rules, SinewClockMap **map);
 
-// Adds a time the device showed between two of the driver's: before it was asked and after its answer came. `change`,
-// which may be null,
-// gets whether the device's clock has been set meanwhile.
+// Adds a time the device showed between two of the driver's: before it was asked and after its answer came.
+// `change`, which may be null, gets whether the device's clock has been set meanwhile.
 SinewStatus sinew_clock_map_bracket(SinewClockMap *map,
                                     uint64_t before_ns,
                                     int64_t other_ns,
@@ -930,17 +928,12 @@ SinewStatus sinew_clock_map_pair(SinewClockMap *map,
                                  uint64_t error_ns,
                                  SinewClockChange *change);
 
-// Adds a stamp of the device and when it was received, some unknown time later and never earlier, in the order in which
-// they were received.
-// `change` as above.
-SinewStatus sinew_clock_map_late(SinewClockMap *map,
-                                 uint64_t received_ns,
-                                 int64_t other_ns,
-                                 SinewClockChange *change);
+// Adds a stamp of the device and when it was received, some unknown time later and never earlier, in the order in
+// which they were received. `change` as above.
+SinewStatus sinew_clock_map_late(SinewClockMap *map, uint64_t received_ns, int64_t other_ns, SinewClockChange *change);
 
-// The driver's time of a time of the device, and what that is off by at the most, ns; `SINEW_NOTHING` where it is not
-// known: before enough
-// pairs, and before the first pair since the device's clock was set.
+// The driver's time of a time of the device, and what that is off by at the most, ns; `SINEW_NOTHING` where it is
+// not known: before enough pairs, and before the first pair since the device's clock was set.
 SinewStatus sinew_clock_map_driver_at(const SinewClockMap *map,
                                       int64_t other_ns,
                                       uint64_t *driver_ns,
@@ -952,11 +945,9 @@ SinewStatus sinew_clock_map_other_at(const SinewClockMap *map,
                                      int64_t *other_ns,
                                      uint64_t *error_ns);
 
-// What the device's clock runs fast by as of the latest pair, and what that is off by at the most, ppm; `SINEW_NOTHING`
-// where it is not known.
-SinewStatus sinew_clock_map_rate(const SinewClockMap *map,
-                                 double *rate_ppm,
-                                 double *error_ppm);
+// What the device's clock runs fast by as of the latest pair, and what that is off by at the most, ppm;
+// `SINEW_NOTHING` where it is not known.
+SinewStatus sinew_clock_map_rate(const SinewClockMap *map, double *rate_ppm, double *error_ppm);
 
 // Closes a map of a clock. Null is fine.
 SinewStatus sinew_clock_map_close(SinewClockMap *map);

@@ -126,8 +126,14 @@ fn a_hexapod_stands_up_and_walks() {
     // In what time is the trials' to say: here the machine may be busy. It has to have stepped, with one tripod and the other.
     let walked_m = last.split("walked ").nth(1).and_then(|rest| rest.split(' ').next()?.parse::<f64>().ok());
     assert!(last.starts_with("walker, 14 s: ") && walked_m.is_some_and(|metres| metres > 0.02), "{ended:?}");
-    let feet = |stand: &str| ended.stdout.lines().any(|line| line.ends_with(&format!("feet {stand}")));
-    assert!(feet("●●●●●●") && (feet("●○○●●○") || feet("○●●○○●")), "{ended:?}");
+    let feet: Vec<String> = ended
+        .stdout
+        .lines()
+        .filter_map(|line| Some(line.split_once("feet ")?.1.chars().take_while(|foot| "●○".contains(*foot)).collect()))
+        .collect();
+    // on uneven ground not all of the six reach it before they have stepped
+    assert!(feet.iter().any(|stand| stand.matches('●').count() > 3), "{ended:?}");
+    assert!(feet.iter().any(|stand| stand == "●○○●●○" || stand == "○●●○○●"), "{ended:?}");
     assert!(!Path::new("/proc").join(robot.to_string()).exists(), "the robot program has ended");
     assert!(!demo.is_driven());
 }

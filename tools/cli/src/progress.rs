@@ -81,8 +81,8 @@ fn left(passed: Duration, share: f64, line: &mut dyn Write) -> fmt::Result {
     let left_s = passed.as_secs_f64() * (1.0 - share) / share;
     match left_s {
         s if !s.is_finite() || passed < SOON => Ok(()),
-        s if s < 90.0 => write!(line, ", {:.0} s left", s.ceil()),
-        s => write!(line, ", {:.0} min left", (s / 60.0).ceil()),
+        s if s < 90.0 => write!(line, ", {:.0} s left", s.round().max(1.0)),
+        s => write!(line, ", {:.0} min left", s / 60.0),
     }
 }
 
