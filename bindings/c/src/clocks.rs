@@ -51,9 +51,10 @@ pub unsafe extern "C" fn sinew_clock_rules(rules: *mut ClockRules) -> Status {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sinew_clock_map(rules: *const ClockRules, map: *mut *mut ClockMap) -> Status {
     border(|| {
-        // SAFETY: room for a pointer; one set of rules, or null.
+        // SAFETY: room for a pointer.
         let place = unsafe { Place::at(map, "map") }?;
         place.put(std::ptr::null_mut());
+        // SAFETY: one set of rules, or null.
         let rules = unsafe { values(rules, usize::from(!rules.is_null()), "rules") }?;
         let rules = rules.first().map_or_else(ipc::ClockRules::default, |rules| (*rules).into());
         place.put(MAPS.open(Mutex::new(ipc::ClockMap::new(rules))));
