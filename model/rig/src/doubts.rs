@@ -75,7 +75,8 @@ fn goes_slack(channel: &Channel, reach: &Reach) -> Option<(&'static str, String)
     let needed_n = spring_n_per_m * reach.stretched_m();
     (spring_n_per_m > 0.0 && reach.cold_pull_n() == 0.0).then(|| {
         let says = format!(
-            "the spring pulls with {} N where the wire is short and loses {} N until the cold wire is as long as it gets: it relaxes before, and the              wire hangs slack; take a preload of {} N or more, or a softer spring",
+            "the spring pulls with {} N where the wire is short and loses {} N until the cold wire is as long as it gets: it relaxes before, and the \
+             wire hangs slack; take a preload of {} N or more, or a softer spring",
             short(preload_n),
             short(needed_n),
             // a third more than what just stretches it
