@@ -51,6 +51,19 @@ pub enum DriverHealth {
     Died,
 }
 
+impl DriverHealth {
+    /// In a word, the same wherever it is said: `starting`, `running`, `stalled`, `stopped`, `died`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            DriverHealth::Starting => "starting",
+            DriverHealth::Running => "running",
+            DriverHealth::Stalled { .. } => "stalled",
+            DriverHealth::Stopped => "stopped",
+            DriverHealth::Died => "died",
+        }
+    }
+}
+
 /// One setpoint of several, see [`Client::set_many`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wanted {

@@ -6,8 +6,8 @@ use std::time::Duration;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 use sinew_ipc::{
-    ALL_CHANNELS, ChannelState, ClientOptions, CommandKind, CycleHeader, CycleStream, DriverHealth, Error, FAULT_TABLE,
-    FieldKind, LoopStats, Mode, Progress, Reason, Refusal, SetpointOptions, Wanted,
+    ALL_CHANNELS, ChannelState, ClientOptions, CommandKind, CycleHeader, CycleStream, Error, FAULT_TABLE, FieldKind,
+    LoopStats, Mode, Progress, Reason, Refusal, SetpointOptions, Wanted,
 };
 use zerocopy::IntoBytes;
 
@@ -110,13 +110,7 @@ impl Client {
 
     /// How the driver is, in a word.
     fn health(&self) -> &'static str {
-        match self.client.health() {
-            DriverHealth::Starting => "starting",
-            DriverHealth::Running => "running",
-            DriverHealth::Stalled { .. } => "stalled",
-            DriverHealth::Stopped => "stopped",
-            DriverHealth::Died => "died",
-        }
+        self.client.health().name()
     }
 
     /// Age of the latest state, s.

@@ -165,13 +165,7 @@ fn status(shared: &Shared, client: &Client, stream: &CycleStream, rate: &mut Rat
     });
     json(&Status {
         kind: "status",
-        driver: match client.health() {
-            DriverHealth::Starting => "starting",
-            DriverHealth::Running => "running",
-            DriverHealth::Stalled { .. } => "stalled",
-            DriverHealth::Stopped => "stopped",
-            DriverHealth::Died => "died",
-        },
+        driver: client.health().name(),
         pid: client.info().pid,
         cycle: snapshot.cycle,
         uptime_s: snapshot.monotonic_ns.saturating_sub(client.info().started_ns) as f64 * 1e-9,

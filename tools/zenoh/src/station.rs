@@ -184,10 +184,8 @@ pub fn channel(client: &Client, number: usize) -> Option<Value> {
 
 fn state(health: DriverHealth) -> &'static str {
     match health {
-        DriverHealth::Starting => "starting",
-        DriverHealth::Running => "running",
-        DriverHealth::Stalled { .. } => "stalled",
         DriverHealth::Stopped | DriverHealth::Died => "gone",
+        health => health.name(),
     }
 }
 

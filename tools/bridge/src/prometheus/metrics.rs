@@ -77,10 +77,8 @@ impl Look {
         let gone = Look { state: "gone", seen: None };
         let Some(client) = client else { return gone };
         let state = match client.health() {
-            DriverHealth::Starting => "starting",
-            DriverHealth::Running => "running",
-            DriverHealth::Stalled { .. } => "stalled",
             DriverHealth::Stopped | DriverHealth::Died => return gone,
+            health => health.name(),
         };
         let (snapshot, stats) = (client.latest(), client.loop_stats());
         let seen = Seen { info: *client.info(), snapshot, stats, age_s: client.age().as_secs_f64() };
