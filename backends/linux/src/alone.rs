@@ -5,6 +5,7 @@
 //! only member, as `/etc/passwd` and `/etc/group` have it; a group that is not in there may be anybody's.
 
 use std::fs::{self, File, Metadata};
+use std::io::Read;
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
@@ -59,18 +60,35 @@ fn others_of(mode: u32, owner: u32, group: u32, own: u32, accounts: &str, groups
 /// may.
 pub(crate) fn is_locked_by_strangers(file: &File) -> bool {
     let Ok(found) = file.metadata() else { return false };
-    let locks = fs::read_to_string("/proc/locks").unwrap_or_default();
-    let mut holders = holders(&locks, &found).peekable();
-    holders.peek().is_some()
-        && holders.all(|pid| match fs::read_to_string(format!("/proc/{pid}/status")) {
+    let holders = holders(&found);
+    !holders.is_empty()
+        && holders.into_iter().all(|pid| match fs::read_to_string(format!("/proc/{pid}/status")) {
             Ok(status) => !may_write(&status, &found),
             // One that has died after it had given the lock to a child is no guard, which has none; one that is hidden may be.
             Err(_) => Pid::from_raw(pid).is_some_and(|pid| test_kill_process(pid) == Err(Errno::SRCH)),
         })
 }
 
-/// The processes that have locked a file, by `/proc/locks`: `1: FLOCK  ADVISORY  WRITE PID MAJOR:MINOR:INODE START END`.
-fn holders<'a>(locks: &'a str, file: &Metadata) -> impl Iterator<Item = i32> + 'a {
+/// The processes that have locked a file. The kernel gives `/proc/locks` out in pieces and finds its place again by counting, so that a lock
+/// is passed over where one before it ends between two pieces: whoever is in one of several readings counts.
+fn holders(file: &Metadata) -> Vec<i32> {
+    const READINGS: usize = 3;
+    let mut found: Vec<i32> = Vec::new();
+    for _ in 0..READINGS {
+        // Its pieces are a page each where so much is asked for at once; `fs::read_to_string` asks for 32 bytes first.
+        let mut locks = String::with_capacity(1 << 16);
+        let read = File::open("/proc/locks").and_then(|mut file| file.read_to_string(&mut locks));
+        if read.is_ok() {
+            found.extend(holders_in(&locks, file));
+        }
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// By lines of `/proc/locks`: `1: FLOCK  ADVISORY  WRITE PID MAJOR:MINOR:INODE START END`.
+fn holders_in<'a>(locks: &'a str, file: &Metadata) -> impl Iterator<Item = i32> + 'a {
     let place = format!("{:02x}:{:02x}:{}", major(file.dev()), minor(file.dev()), file.ino());
     locks.lines().filter_map(move |line| {
         let fields: Vec<&str> = line.split_whitespace().collect();
@@ -113,8 +131,7 @@ mod tests {
         let other = File::open(&path).unwrap();
         rustix::fs::flock(&other, rustix::fs::FlockOperation::LockExclusive).unwrap();
         assert!(!is_locked_by_strangers(&file), "we have");
-        let locks = fs::read_to_string("/proc/locks").unwrap();
-        assert_eq!(holders(&locks, &found).collect::<Vec<_>>(), [std::process::id() as i32]);
+        assert_eq!(holders(&found), [std::process::id() as i32]);
 
         let status = |user: u32, groups: &str| {
             format!("Name:\tx\nUid:\t{user}\t{user}\t{user}\t{user}\nGid:\t7\t7\t7\t7\nGroups:\t{groups}\n")
@@ -155,7 +172,7 @@ mod tests {
                 return None;
             };
             let found = fs::metadata(&path).unwrap();
-            while holders(&fs::read_to_string("/proc/locks").unwrap(), &found).next().is_none() {
+            while holders(&found).is_empty() {
                 assert!(holder.try_wait().unwrap().is_none(), "it locks");
                 std::thread::sleep(std::time::Duration::from_millis(2));
             }
@@ -167,6 +184,30 @@ mod tests {
         let Some(by_strangers) = locked(64_204) else { return };
         assert!(by_strangers, "who may not write is no driver");
         assert_eq!(locked(ROOT), Some(false), "who may write is one");
+    }
+
+    /// The kernel's list has hundreds of others', which come and go.
+    #[test]
+    fn a_lock_is_seen_among_others_that_end() {
+        use std::sync::atomic::{AtomicBool, Ordering};
+        let folder = tempfile::tempdir().unwrap();
+        let open = |name: &str| File::create(folder.path().join(name)).unwrap();
+        let lock = |file: &File| rustix::fs::flock(file, rustix::fs::FlockOperation::LockExclusive).unwrap();
+        let ours = open("duty_cycle");
+        lock(&ours);
+        let found = ours.metadata().unwrap();
+        let is_over = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !is_over.load(Ordering::Relaxed) {
+                    let others: Vec<File> = (0..100).map(|k| open(&format!("other{k}"))).collect();
+                    others.iter().for_each(lock);
+                }
+            });
+            let missed = (0..3000).filter(|_| holders(&found) != [std::process::id() as i32]).count();
+            is_over.store(true, Ordering::Relaxed);
+            assert_eq!(missed, 0, "of 3000");
+        });
     }
 
     #[test]
