@@ -5,10 +5,10 @@ use std::process::Command;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    // the half of the program that drives, which is Linux's
-    println!("cargo::rustc-check-cfg=cfg(driver)");
-    if drives() {
-        println!("cargo::rustc-cfg=driver");
+    // what of the half that drives is there: all of it is Linux's
+    println!("cargo::rustc-check-cfg=cfg(driver, network, thesis)");
+    for of_linux in ["driver", "network", "thesis"].into_iter().filter(|feature| has(feature)) {
+        println!("cargo::rustc-cfg={of_linux}");
     }
     let is_release = std::env::var("PROFILE").is_ok_and(|profile| profile == "release");
     let from = if is_release { of_release() } else { "development build".into() };
@@ -17,18 +17,23 @@ fn main() {
     println!("cargo::rustc-env=SINEW_FEATURES={}", features());
 }
 
-fn drives() -> bool {
-    let is = |name, value| std::env::var(name).is_ok_and(|found| found == value);
-    is("CARGO_CFG_TARGET_OS", "linux") && std::env::var("CARGO_FEATURE_DRIVER").is_ok()
+/// The features that may be left out, and whether each is for Linux alone.
+const FEATURES: [(&str, bool); 5] =
+    [("driver", true), ("formats", false), ("network", true), ("png", false), ("thesis", true)];
+
+/// Whether it is built with a feature.
+fn has(feature: &str) -> bool {
+    let is_linux = std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "linux");
+    let of_linux = FEATURES.contains(&(feature, true));
+    std::env::var(format!("CARGO_FEATURE_{}", feature.to_uppercase())).is_ok() && (is_linux || !of_linux)
 }
 
-/// Those it is built with, of those that may be left out.
-fn features() -> &'static str {
-    match (drives(), std::env::var("CARGO_FEATURE_DRIVER").is_ok()) {
-        (true, _) => "driver; none is left out",
-        (false, true) => "none; driver is for Linux only",
-        (false, false) => "none; driver is left out",
-    }
+/// Those it is built with, and those it is built without.
+fn features() -> String {
+    let (there, left_out): (Vec<&str>, Vec<&str>) =
+        FEATURES.map(|(name, _)| name).into_iter().partition(|name| has(name));
+    let list = |names: Vec<&str>| if names.is_empty() { "none".into() } else { names.join(", ") };
+    format!("{}; left out: {}", list(there), list(left_out))
 }
 
 /// The commit and its date; where there is no repository (a source archive), that it is not known.

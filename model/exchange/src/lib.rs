@@ -36,12 +36,14 @@
 
 mod csv;
 mod import;
+#[cfg(feature = "parquet")]
 mod parquet;
 mod session;
 mod table;
 
 pub use csv::{CsvFile, csv};
 pub use import::{IMPORT, Imported};
+#[cfg(feature = "parquet")]
 pub use parquet::{GROUP_BYTES, parquet};
 pub use session::session;
 pub use table::{Cycle, SessionPart, Table};

@@ -1,7 +1,7 @@
 //! Plots of recordings: sessions and CSV, one or several overlaid.
 //!
 //! [`Source::open`] opens a recording, [`gather`] reads each once and decimates its curves while reading, so that memory
-//! does not grow with it, and a [`Figure`] is written as [`svg`](Figure::svg), [`png`](Figure::png) or a
+//! does not grow with it, and a [`Figure`] is written as [`svg`](Figure::svg), with the feature `png` as PNG too, or a
 //! self-contained zoomable [`html`](Figure::html) page.
 //!
 //! # Example
@@ -32,6 +32,8 @@ mod error;
 mod figure;
 mod html;
 mod picture;
+#[cfg(feature = "png")]
+mod png;
 mod source;
 mod thin;
 

@@ -1,17 +1,10 @@
-//! A figure as an image: SVG drawn by the project's plots, PNG rendered from that with a bundled font.
+//! A figure as an SVG, drawn by the project's plots.
 
-use std::sync::Arc;
-
-use resvg::{tiny_skia, usvg};
 use sinew_plot::{Axis, Line, Panels, Plot, TWO_IN_A_ROW, extent};
 
+use crate::Kind;
 use crate::figure::{Figure, Panel};
-use crate::{Error, Kind};
 
-/// The letters of a PNG, so that it looks the same on every machine. `font/README.md` says which, and how it was made.
-const FONT: &[u8] = include_bytes!("../font/DejaVuSans-subset.ttf");
-/// Pixels of a PNG per pixel of the drawing: sharp on paper and on dense screens.
-const SCALE: f32 = 2.0;
 /// Size of a panel over time, and of any other, px.
 const WIDE: (f64, f64) = (934.0, 190.0);
 const HALF: (f64, f64) = (460.0, 340.0);
@@ -49,25 +42,6 @@ impl Figure {
             .draw()
             .into_string()
     }
-
-    /// The same as a PNG, twice as many pixels as the SVG has.
-    ///
-    /// # Errors
-    /// [`Error::Picture`] in the renderer's words.
-    pub fn png(&self) -> Result<Vec<u8>, Error> {
-        let failed = |reason: String| Error::Picture { reason };
-        let mut fonts = usvg::fontdb::Database::new();
-        fonts.load_font_data(FONT.to_vec());
-        fonts.set_sans_serif_family("DejaVu Sans");
-        let options =
-            usvg::Options { font_family: "DejaVu Sans".into(), fontdb: Arc::new(fonts), ..usvg::Options::default() };
-        let tree = usvg::Tree::from_str(&self.svg(), &options).map_err(|e| failed(e.to_string()))?;
-        let size = tree.size().to_int_size().scale_by(SCALE).ok_or_else(|| failed("it is too large".into()))?;
-        let mut pixels =
-            tiny_skia::Pixmap::new(size.width(), size.height()).ok_or_else(|| failed("it is too large".into()))?;
-        resvg::render(&tree, tiny_skia::Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
-        pixels.encode_png().map_err(|e| failed(e.to_string()))
-    }
 }
 
 /// The axes of a panel; those over time all show the same stretch.
@@ -93,12 +67,12 @@ fn axes(panel: &Panel, time: Option<(f64, f64)>) -> (Axis, Axis) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::Curve;
     use sinew_plot::{Field, Ink};
 
-    fn figure() -> Figure {
+    pub(crate) fn figure() -> Figure {
         let x: Vec<f64> = (0..500).map(|i| f64::from(i) * 0.01).collect();
         let y: Vec<f64> = x.iter().map(|t| 0.16 + 0.003 * t.sin()).collect();
         let curve = |ink| Curve { ink, name: "one <two>".into(), x: x.clone(), y: y.clone() };
@@ -127,17 +101,5 @@ mod tests {
         assert!(svg.starts_with("<svg xmlns=") && svg.contains("a &amp; b") && svg.contains("one &lt;two&gt;"));
         assert_eq!(svg.matches("stroke=\"#0072B4\"").count(), 1 + 3, "the legend's sample and a curve a panel");
         assert!(svg.contains(">Wire length, mm<"), "in the prefix that suits it");
-    }
-
-    #[test]
-    fn a_png_has_letters_and_lines() {
-        let png = figure().png().unwrap();
-        assert!(png.starts_with(b"\x89PNG"));
-        let picture = tiny_skia::Pixmap::decode_png(&png).unwrap();
-        let count = |what: fn(u8, u8, u8) -> bool| {
-            picture.pixels().iter().filter(|p| what(p.red(), p.green(), p.blue())).count()
-        };
-        assert!(count(|r, g, b| (r, g, b) == (0x00, 0x72, 0xB4)) > 500, "the curve in its colour");
-        assert!(count(|r, g, b| r < 0x30 && g < 0x40 && b < 0x50) > 300, "the title's letters");
     }
 }

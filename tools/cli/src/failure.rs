@@ -16,6 +16,14 @@ impl Failure {
         Failure { message: message.to_string(), hint: None, code: 2 }
     }
 
+    /// What this program was compiled without: exit 2. The remedy is one that has it.
+    #[allow(dead_code, reason = "where nothing is left out nobody asks")]
+    pub fn left_out(what: impl fmt::Display, feature: &str) -> Self {
+        Failure::input(format!("{what}: this program was compiled without it")).hint(format!(
+            "a release's package has it, or compile it in: `cargo install --path tools/cli --features {feature}`"
+        ))
+    }
+
     /// Our own failure, or the machine's: exit 1.
     pub fn own(message: impl fmt::Display) -> Self {
         Failure { message: message.to_string(), hint: None, code: 1 }

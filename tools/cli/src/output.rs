@@ -119,14 +119,18 @@ pub fn usage(error: &clap::Error) -> ExitCode {
         let _ = error.print();
         return ExitCode::SUCCESS;
     }
-    #[cfg(not(driver))]
+    // a command that is there is no invalid one
     if let Some(clap::error::ContextValue::String(word)) = error.get(clap::error::ContextKind::InvalidSubcommand)
-        && crate::args::DRIVING.contains(&word.as_str())
+        && let Some((_, feature)) = crate::args::DRIVING.iter().find(|(name, _)| name == word)
     {
-        self::error(format_args!(
-            "`sinew {word}` drives a rig, or talks to what does: this program was built without that half\nhint: it is \
-             for Linux; there `cargo install --path tools/cli` has it, or a release's package"
-        ));
+        let failure = match cfg!(target_os = "linux") {
+            true => Failure::left_out(format_args!("`sinew {word}`"), feature),
+            false => Failure::input(format_args!(
+                "`sinew {word}` drives a rig, or talks to what does, which is for Linux alone"
+            ))
+            .hint("what works on recordings is there: `sinew --help` shows it"),
+        };
+        self::error(&failure);
         return ExitCode::from(2);
     }
     // the styled text of clap, but with its last line in the form every hint has here

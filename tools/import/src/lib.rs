@@ -29,12 +29,14 @@ mod arrays;
 mod bench;
 mod bytes;
 mod clock;
+#[cfg(feature = "formats")]
 mod contain;
 mod decode;
 mod direction;
 mod error;
 mod grid;
 mod guess;
+#[cfg(feature = "formats")]
 mod hdf5;
 mod import;
 mod mat;
@@ -43,6 +45,7 @@ mod quantity;
 mod read;
 mod reading;
 mod report;
+#[cfg(feature = "formats")]
 mod sheet;
 mod statistics;
 mod synchronise;

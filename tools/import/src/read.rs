@@ -9,7 +9,9 @@ use sinew_rig::FileFormat;
 
 use crate::error::Error;
 use crate::table::Table;
-use crate::{hdf5, mat, sheet, tdms, text};
+#[cfg(feature = "formats")]
+use crate::{hdf5::hdf5, sheet::sheet};
+use crate::{mat, tdms, text};
 
 /// Most bytes of a file, and of what a compressed one is unpacked to.
 pub const MAX_BYTES: u64 = 1 << 30;
@@ -61,19 +63,32 @@ pub fn read_bytes(bytes: &[u8], given: &FileFormat) -> Result<Table, Error> {
         return Err(Error::new(what, hint));
     }
     match bytes {
-        _ if bytes.starts_with(HDF5) || bytes.get(512..).is_some_and(|rest| rest.starts_with(HDF5)) => {
-            hdf5::hdf5(bytes)
-        }
+        _ if bytes.starts_with(HDF5) || bytes.get(512..).is_some_and(|rest| rest.starts_with(HDF5)) => hdf5(bytes),
         _ if mat::is_version_5(bytes) => mat::version_5(bytes),
         _ if mat::is_version_4(bytes) => mat::version_4(bytes),
         [b'T', b'D', b'S', b'm', ..] => tdms::tdms(bytes, given),
-        [b'P', b'K', 3, 4, ..] | [0xd0, 0xcf, 0x11, 0xe0, ..] => sheet::sheet(bytes, given),
+        [b'P', b'K', 3, 4, ..] | [0xd0, 0xcf, 0x11, 0xe0, ..] => sheet(bytes, given),
         _ => text::text(bytes, given),
     }
 }
 
 /// How HDF5 begins, after 512 bytes of MATLAB's own in its files.
 const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
+
+#[cfg(not(feature = "formats"))]
+fn hdf5(bytes: &[u8]) -> Result<Table, Error> {
+    let hint = match bytes.starts_with(b"MATLAB") {
+        true => "in MATLAB: save('FILE-v7.mat', '-v7'), or take a program compiled with the feature formats",
+        false => "take a program compiled with the feature formats, or write the columns as CSV",
+    };
+    Err(Error::new("is HDF5, whose reader this program was compiled without", hint))
+}
+
+#[cfg(not(feature = "formats"))]
+fn sheet(_: &[u8], _: &FileFormat) -> Result<Table, Error> {
+    let what = "is a spreadsheet, for which this program was compiled without a reader";
+    Err(Error::new(what, "save it as CSV, or take a program compiled with the feature formats"))
+}
 
 const ROSBAG2: &str =
     "it has messages, not columns: play it and write a topic as a table, `ros2 topic echo --csv /TOPIC > FILE.csv`";

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use sinew_exchange::{CsvFile, Imported, SessionPart, Table, csv, parquet};
+use sinew_exchange::{CsvFile, Imported, SessionPart, Table, csv};
 use sinew_recording::session::{About, Session};
 use sinew_recording::{Options, Recording, write};
 
+use super::parquet::parquet;
 use super::simulate::recording_failure;
 use crate::args;
 use crate::failure::{Failure, Outcome};
@@ -39,7 +40,7 @@ pub fn export(args: &args::Export) -> Outcome {
         let part = Watched { table: SessionPart { session: &session, from_s, to_s }, progress: &progress };
         let rows = parquet(&part, &channels, &args.output);
         progress.clear();
-        let rows = rows.map_err(recording_failure)?;
+        let rows = rows?;
         output::note(format_args!(
             "{}: {rows} cycles of {}",
             args.output.display(),
@@ -150,7 +151,7 @@ fn export_rows(args: &args::Export, format: Option<Format>, from_s: f64, to_s: f
     };
     let about = foreign(&args.recording, "", None);
     let imported = Imported::new(recording, name, about).map_err(recording_failure)?;
-    parquet(&imported, &[], &args.output).map(|_| ()).map_err(recording_failure)
+    parquet(&imported, &[], &args.output).map(|_| ())
 }
 
 /// The rows from one time to another.

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use sinew_exchange::{Imported, parquet, session};
+use sinew_exchange::{Imported, session};
 use sinew_import::{Bench, Synchronised, confirm, guess, mapping, recording, synchronised};
 use sinew_recording::{Options, Recording, write};
 use sinew_rig::{Channel, FileFormat, Mapping, Rig};
 
 use super::export::{foreign, spare};
+use super::parquet::parquet;
 use super::simulate::recording_failure;
 use super::{choose_channel, load_rig, rig_failure};
 use crate::args;
@@ -89,10 +90,9 @@ fn bring_in(args: &args::Import, rig: &Rig, channel: &Channel, output: &Path) ->
         about.extra.extend(clock.map(|said| ("clock".to_string(), said)));
         let imported = Imported::new(recording, &channel.name, about).map_err(recording_failure)?;
         match format {
-            Format::Parquet => parquet(&imported, &[], output),
-            _ => session(&imported, output),
-        }
-        .map_err(recording_failure)?;
+            Format::Parquet => parquet(&imported, &[], output)?,
+            _ => session(&imported, output).map_err(recording_failure)?,
+        };
     }
     output::note(format_args!("{}: {rows} rows of {}", output.display(), channel.name));
     Ok(())

@@ -11,6 +11,7 @@ pub mod fitting;
 pub mod identify;
 pub mod import;
 pub mod new;
+mod parquet;
 pub mod plot;
 pub mod recording;
 pub mod repeat;

@@ -19,6 +19,7 @@ const PAGE: (usize, usize) = (150_000, 25_000);
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Form {
     Svg,
+    #[cfg(feature = "png")]
     Png,
     Html,
 }
@@ -60,6 +61,7 @@ pub(super) fn write(figure: &Figure, path: &Path) -> Outcome {
     match form(path)? {
         Form::Svg => output::write_file(path, figure.svg()),
         Form::Html => output::write_file(path, figure.html()),
+        #[cfg(feature = "png")]
         Form::Png => output::write_file(path, figure.png().map_err(failure)?),
     }
 }
@@ -68,7 +70,11 @@ pub(super) fn form(path: &Path) -> Result<Form, Failure> {
     let ending = path.extension().and_then(|e| e.to_str()).map(str::to_lowercase);
     match ending.as_deref() {
         Some("svg") => Ok(Form::Svg),
+        #[cfg(feature = "png")]
         Some("png") => Ok(Form::Png),
+        #[cfg(not(feature = "png"))]
+        Some("png") => Err(Failure::left_out(format_args!("{}: a figure as PNG", path.display()), "png")
+            .also("it writes .svg and .html")),
         Some("html" | "htm") => Ok(Form::Html),
         _ => Err(Failure::input(format!("{}: what kind of file is that to be?", path.display()))
             .hint("end its name in .svg, .png or .html")),

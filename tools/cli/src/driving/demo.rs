@@ -99,6 +99,7 @@ impl Demo {
     }
 
     fn show(&self, args: &args::Demo, driven: &Driven<'_>, machine: &Watch, over: &dyn Fn() -> bool) -> Outcome {
+        #[cfg(network)]
         if args.scope {
             return super::scope::of_demo(&driven.rig.name, machine.clone(), over);
         }

@@ -4,7 +4,9 @@ mod admission;
 mod attached;
 mod backend;
 mod bench;
+#[cfg(thesis)]
 mod bench_control;
+#[cfg(network)]
 mod bridge;
 mod bringup;
 mod characterise;
@@ -25,6 +27,7 @@ mod record;
 mod replay;
 mod robots;
 mod run;
+#[cfg(network)]
 mod scope;
 mod score;
 mod screen;
@@ -32,6 +35,7 @@ mod set;
 mod setpoint;
 mod status;
 mod test;
+#[cfg(thesis)]
 mod thesis;
 mod tour;
 mod typed;
@@ -40,7 +44,9 @@ use std::process::ExitCode;
 
 use sinew_linux_backend::guard as watch;
 
-use crate::args::{BenchWhat, BridgeWhat, Driving};
+#[cfg(network)]
+use crate::args::BridgeWhat;
+use crate::args::{BenchWhat, Driving};
 use crate::failure::Outcome;
 
 pub use program::of as program;
@@ -57,7 +63,9 @@ pub fn dispatch(command: &Driving) -> Outcome {
         Driving::Run(args) => run::run(args),
         Driving::Status(args) => status::status(args),
         Driving::Monitor(args) => monitor::monitor(args),
+        #[cfg(network)]
         Driving::Scope(args) => scope::scope(args),
+        #[cfg(network)]
         Driving::Bridge(bridge) => match &bridge.what {
             BridgeWhat::Prometheus(args) => bridge::prometheus(args),
             BridgeWhat::Foxglove(args) => bridge::foxglove(args),
@@ -78,8 +86,10 @@ pub fn dispatch(command: &Driving) -> Outcome {
         Driving::Bringup(args) => bringup::bringup(args),
         Driving::Bench(bench) => match &bench.what {
             BenchWhat::Loop(args) => bench::bench_loop(args),
+            #[cfg(thesis)]
             BenchWhat::Control(args) => bench_control::bench_control(args),
         },
+        #[cfg(thesis)]
         Driving::Thesis(args) => thesis::thesis(args),
     }
 }

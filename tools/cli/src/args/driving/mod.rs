@@ -1,15 +1,20 @@
 //! The arguments of what drives a rig, or talks to a driver.
 
 mod bench;
+#[cfg(thesis)]
+mod bench_control;
+#[cfg(network)]
 mod bridge;
 mod bringup;
 mod design;
 mod life;
 mod record;
 mod replay;
+#[cfg(network)]
 mod scope;
 mod show;
 mod test;
+#[cfg(thesis)]
 mod thesis;
 
 use std::path::PathBuf;
@@ -20,16 +25,21 @@ use sinew_ipc::MOST_PRIORITY;
 use super::Laws;
 use super::numbers::{positive, seconds};
 
-pub use bench::{Bench, BenchControl, BenchLoop, BenchWhat};
+pub use bench::{Bench, BenchLoop, BenchWhat};
+#[cfg(thesis)]
+pub use bench_control::BenchControl;
+#[cfg(network)]
 pub use bridge::{Bridge, BridgeWhat, Foxglove, Prometheus, Zenoh};
 pub use bringup::{Bringup, BringupStep};
 pub use design::{Design, Joint, Method};
 pub use life::Life;
 pub use record::Record;
 pub use replay::Replay;
+#[cfg(network)]
 pub use scope::Scope;
 pub use show::{Demo, Tour};
 pub use test::*;
+#[cfg(thesis)]
 pub use thesis::Thesis;
 
 /// The commands that need a driver, or are one.
@@ -42,8 +52,10 @@ pub enum Driving {
     /// Watch and command every channel on a live screen.
     Monitor(Monitor),
     /// The running driver as a live page for a browser of this machine.
+    #[cfg(network)]
     Scope(Scope),
     /// The running driver for other programs and machines: Prometheus, Foxglove.
+    #[cfg(network)]
     Bridge(Bridge),
     /// Command channels: one, or several in the same cycle.
     Set(Set),
@@ -74,6 +86,7 @@ pub enum Driving {
     /// Measure this machine beside a bare timer loop.
     Bench(Bench),
     /// The thesis page by page: what it states beside what this program computes.
+    #[cfg(thesis)]
     Thesis(Thesis),
 }
 

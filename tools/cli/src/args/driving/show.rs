@@ -51,7 +51,8 @@ pub struct Demo {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub seed: Option<u32>,
     /// Show it in a browser of this machine instead of in the terminal.
-    #[arg(long, conflicts_with = "trials")]
+    #[cfg(network)]
+    #[arg(long, conflicts_with_all = ["trials", "keep"])]
     pub scope: bool,
     /// So many trials without a clock, one for each seed from 1 (or --seed) on.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -63,7 +64,7 @@ pub struct Demo {
     #[arg(long)]
     pub no_monitor: bool,
     /// Write its rig file and its robot program into this new folder, and do nothing else.
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["trials", "scope"])]
+    #[arg(long, value_name = "FOLDER", conflicts_with = "trials")]
     pub keep: Option<PathBuf>,
     /// Be its robot program.
     #[arg(long, hide = true)]
