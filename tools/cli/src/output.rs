@@ -5,6 +5,7 @@ use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
+use clap::error::{ContextKind, ContextValue};
 use serde::Serialize;
 
 use crate::failure::{Failure, Outcome};
@@ -119,18 +120,19 @@ pub fn usage(error: &clap::Error) -> ExitCode {
         let _ = error.print();
         return ExitCode::SUCCESS;
     }
-    // a command that is there is no invalid one
-    if let Some(clap::error::ContextValue::String(word)) = error.get(clap::error::ContextKind::InvalidSubcommand)
-        && let Some((_, feature)) = crate::args::DRIVING.iter().find(|(name, _)| name == word)
+    let unknown =
+        [ContextKind::InvalidSubcommand, ContextKind::InvalidArg].into_iter().find_map(|kind| error.get(kind));
+    if let Some(ContextValue::String(word)) = unknown
+        && let Some(feature) = crate::args::left_out(word)
     {
         let failure = match cfg!(target_os = "linux") {
-            true => Failure::left_out(format_args!("`sinew {word}`"), feature),
-            false => Failure::input(format_args!(
-                "`sinew {word}` drives a rig, or talks to what does, which is for Linux alone"
-            ))
-            .hint("what works on recordings is there: `sinew --help` shows it"),
+            true => Failure::left_out(format_args!("`{word}`"), feature),
+            false => {
+                Failure::input(format_args!("`{word}` drives a rig, or talks to what does, which is for Linux alone"))
+                    .hint("what works on recordings is there: `sinew --help` shows it")
+            }
         };
-        self::error(&failure);
+        self::error(failure);
         return ExitCode::from(2);
     }
     // the styled text of clap, but with its last line in the form every hint has here

@@ -78,8 +78,10 @@ const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
 #[cfg(not(feature = "formats"))]
 fn hdf5(bytes: &[u8]) -> Result<Table, Error> {
     let hint = match bytes.starts_with(b"MATLAB") {
-        true => "in MATLAB: save('FILE-v7.mat', '-v7'), or take a program compiled with the feature formats",
-        false => "take a program compiled with the feature formats, or write the columns as CSV",
+        true => {
+            "in MATLAB: save('FILE-v7.mat', '-v7'); or take a release's package, or compile with the feature formats"
+        }
+        false => "write the columns as CSV; or take a release's package, or compile with the feature formats",
     };
     Err(Error::new("is HDF5, whose reader this program was compiled without", hint))
 }
@@ -87,7 +89,7 @@ fn hdf5(bytes: &[u8]) -> Result<Table, Error> {
 #[cfg(not(feature = "formats"))]
 fn sheet(_: &[u8], _: &FileFormat) -> Result<Table, Error> {
     let what = "is a spreadsheet, for which this program was compiled without a reader";
-    Err(Error::new(what, "save it as CSV, or take a program compiled with the feature formats"))
+    Err(Error::new(what, "save it as CSV; or take a release's package, or compile with the feature formats"))
 }
 
 const ROSBAG2: &str =

@@ -100,6 +100,14 @@ pub const DRIVING: [(&str, &str); 20] = [
     ("thesis", "thesis"),
 ];
 
+/// The feature without which this program was compiled, if this command, subcommand or option needs one.
+pub fn left_out(word: &str) -> Option<&'static str> {
+    let deeper = [("control", "thesis"), ("--scope", "network")];
+    let (_, feature) = DRIVING.into_iter().chain(deeper).find(|(name, _)| *name == word)?;
+    let compiled = [("driver", cfg!(driver)), ("network", cfg!(network)), ("thesis", cfg!(thesis))];
+    compiled.contains(&(feature, false)).then_some(feature)
+}
+
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
@@ -395,10 +403,7 @@ mod tests {
     #[cfg(driver)]
     fn what_may_be_left_out_is_known_where_it_is() {
         let half = Driving::augment_subcommands(clap::Command::new("sinew"));
-        let is_there = |feature| {
-            cfg!(network) && feature == "network" || cfg!(thesis) && feature == "thesis" || feature == "driver"
-        };
-        let there = DRIVING.into_iter().filter(|(_, feature)| is_there(*feature)).map(|(name, _)| name);
+        let there = DRIVING.map(|(name, _)| name).into_iter().filter(|name| left_out(name).is_none());
         assert!(half.get_subcommands().map(clap::Command::get_name).eq(there));
     }
 
