@@ -287,10 +287,10 @@ pub struct Tune {
     #[arg(long, value_name = "NAME")]
     pub channel: Option<String>,
     /// How wrong each parameter may be: 30% or 0.3.
-    #[arg(long, value_name = "SHARE", default_value = "30%", value_parser = share, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SHARE", default_value = "30%", value_parser = numbers::uncertainty, allow_negative_numbers = true)]
     pub uncertainty: f64,
     /// The strokes it moves between, 0 % = cold and long, 100 % = hot and short.
-    #[arg(long, value_name = "LOW-HIGH%", default_value = "10-90%", value_parser = strokes)]
+    #[arg(long, value_name = "LOW-HIGH%", default_value = "10-90%", value_parser = numbers::strokes)]
     pub range: (f64, f64),
     /// Ask for reachability only while the wire shortens; lengthening, it cools freely until it is near its target.
     #[arg(long)]
@@ -372,26 +372,6 @@ pub struct Repeat {
     /// Threads; without it, as many as there are processors.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub jobs: Option<u16>,
-}
-
-fn share(text: &str) -> Result<f64, String> {
-    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim_end(), 100.0));
-    match number.parse::<f64>() {
-        Ok(value) if (0.0..=0.9).contains(&(value / unit)) => Ok(value / unit),
-        Ok(_) => Err("the uncertainty is 0 to 90 %".into()),
-        Err(_) => Err("give the uncertainty as in 30% or 0.3".into()),
-    }
-}
-
-fn strokes(text: &str) -> Result<(f64, f64), String> {
-    let wanted = "give the strokes as in 10-90%";
-    let number = |text: &str| text.trim().trim_end_matches('%').parse::<f64>().map_err(|_| wanted.to_string());
-    let (low, high) = text.split_once('-').ok_or(wanted)?;
-    let (low, high) = (number(low)? / 100.0, number(high)? / 100.0);
-    match 0.0 <= low && low < high && high <= 1.0 {
-        true => Ok((low, high)),
-        false => Err("the strokes rise, from 0 to 100 %".into()),
-    }
 }
 
 #[cfg(test)]

@@ -17,6 +17,28 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// How wrong something may be, as a share.
+pub fn uncertainty(text: &str) -> Result<f64, String> {
+    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim_end(), 100.0));
+    match number.parse::<f64>() {
+        Ok(value) if (0.0..=0.9).contains(&(value / unit)) => Ok(value / unit),
+        Ok(_) => Err("the uncertainty is 0 to 90 %".into()),
+        Err(_) => Err("give the uncertainty as in 30% or 0.3".into()),
+    }
+}
+
+/// A range of strokes, as shares.
+pub fn strokes(text: &str) -> Result<(f64, f64), String> {
+    let wanted = "give the strokes as in 10-90%";
+    let number = |text: &str| text.trim().trim_end_matches('%').parse::<f64>().map_err(|_| wanted.to_string());
+    let (low, high) = text.split_once('-').ok_or(wanted)?;
+    let (low, high) = (number(low)? / 100.0, number(high)? / 100.0);
+    match 0.0 <= low && low < high && high <= 1.0 {
+        true => Ok((low, high)),
+        false => Err("the strokes rise, from 0 to 100 %".into()),
+    }
+}
+
 /// A length, in metres.
 pub fn length(text: &str) -> Result<f64, String> {
     quantity(text, "length", &[("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)], 1e-4..=10.0, "6mm")
@@ -60,6 +82,14 @@ pub fn quantity(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn shares_are_typed_in_percent_or_as_numbers() {
+        assert_eq!((uncertainty("30%"), uncertainty("0.3")), (Ok(0.3), Ok(0.3)));
+        assert!(uncertainty("95%").is_err() && uncertainty("-1").is_err() && uncertainty("x").is_err());
+        assert_eq!(strokes("10-90%"), Ok((0.1, 0.9)));
+        assert!(strokes("90-10%").is_err() && strokes("0-120%").is_err() && strokes("10").is_err());
+    }
 
     #[test]
     fn durations_are_positive_numbers() {
