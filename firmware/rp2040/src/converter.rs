@@ -15,7 +15,8 @@ use embassy_rp::{Peri, bind_interrupts};
 use embassy_time::{Instant, Timer};
 use sinew_front_end::RawSample;
 use sinew_front_end_board::ad7616::{NOTHING, REGISTERS, WORDS, read, value, write};
-use sinew_front_end_board::{Collector, Plan, pins};
+use sinew_front_end_board::pico::{self as pins, triggers};
+use sinew_front_end_board::{Collector, Plan};
 
 use crate::outputs::forget;
 
@@ -136,7 +137,7 @@ impl Converter {
     pub fn load(&self, plan: Plan) -> Plan {
         let plan = if self.answers { plan } else { Plan::NONE };
         self.stop();
-        for count in plan.counts() {
+        for count in triggers(&plan) {
             pac::PIO1.txf(0).write_value(count);
         }
         plan

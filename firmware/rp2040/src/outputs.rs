@@ -8,7 +8,7 @@ use embassy_rp::peripherals::{PIN_2, PIN_3, PIN_4, PIN_5, PIO0};
 use embassy_rp::pio::program::pio_asm;
 use embassy_rp::pio::{Config, Direction, InterruptHandler, Pio, StateMachine};
 use embassy_rp::{Peri, bind_interrupts};
-use sinew_front_end_board::{CHANNELS, pins};
+use sinew_front_end_board::{CHANNELS, pico as pins};
 
 bind_interrupts!(struct Irqs {
     PIO0_IRQ_0 => InterruptHandler<PIO0>;

@@ -6,7 +6,7 @@ mod budget;
 mod netlist;
 
 use budget::{CANDIDATES, RATE_HZ, SENSING_DUTY, WANTED_M, current_a, rows, shunt_noise_v, sigma_m, total_v};
-use sinew_front_end_board::{LEAD_NS, MIN_ON_NS, SHUNT_OHM, pins};
+use sinew_front_end_board::{LEAD_NS, MIN_ON_NS, SHUNT_OHM, pico};
 
 const PAGE: &str = include_str!("../../../../docs/board.md");
 
@@ -49,10 +49,10 @@ fn the_converter_that_was_chosen_is_the_one_that_can() {
 
 #[test]
 fn no_pin_is_used_twice_and_the_page_has_them_all() {
-    for (index, (pin, name, held)) in pins::TABLE.iter().enumerate() {
-        assert!(pins::TABLE[..index].iter().all(|(other, ..)| other != pin), "GP{pin} twice");
+    for (index, (pin, name, held)) in pico::TABLE.iter().enumerate() {
+        assert!(pico::TABLE[..index].iter().all(|(other, ..)| other != pin), "GP{pin} twice");
         let row = format!("| GP{pin} | {name} | {held} |");
         assert!(PAGE.contains(&row), "docs/board.md lacks the row {row:?}");
     }
-    assert_eq!(PAGE.lines().filter(|line| line.starts_with("| GP")).count(), pins::TABLE.len());
+    assert_eq!(PAGE.lines().filter(|line| line.starts_with("| GP")).count(), pico::TABLE.len());
 }
