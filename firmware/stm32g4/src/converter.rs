@@ -7,7 +7,7 @@ use critical_section::Mutex;
 use embassy_stm32::gpio::{AfType, AnyPin, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::spi::vals::{Br, Cpha, Cpol, Ds, Frxth, Mstr};
-use embassy_stm32::pac::timer::vals::{OcmGp, Sms, Ts};
+use embassy_stm32::pac::timer::vals::{Ocm, Sms, Ts};
 use embassy_stm32::pac::{EXTI, SPI2 as SPI, SYSCFG, TIM2 as TRIGGER};
 use embassy_stm32::{Peri, peripherals, rcc};
 use embassy_time::{Instant, Timer};
@@ -49,7 +49,7 @@ impl Converter {
             w.set_ts(Ts::ITR0);
             w.set_sms(Sms::COMBINED_RESET_TRIGGER);
         });
-        set(OcmGp::FORCE_INACTIVE);
+        set(Ocm::FORCE_INACTIVE);
         TRIGGER.ccer().write(|w| w.set_cce(OUTPUT, true));
         let fast = AfType::output(OutputType::PushPull, Speed::VeryHigh);
         give(convst, CONVST, fast);
@@ -119,7 +119,7 @@ impl Converter {
     /// No more sweeps. One that has begun goes on, and belongs to nobody.
     pub fn stop(&self) {
         critical_section::with(|cs| {
-            set(OcmGp::FORCE_INACTIVE);
+            set(Ocm::FORCE_INACTIVE);
             TRIGGER.cr1().modify(|w| w.set_cen(false));
             TRIGGER.cnt().write_value(0);
             let (collector, planned, _) = &mut *PERIOD.borrow_ref_mut(cs);
@@ -139,17 +139,17 @@ impl Converter {
 }
 
 /// What CONVST does.
-fn set(mode: OcmGp) {
+fn set(mode: Ocm) {
     TRIGGER.ccmr_output(OUTPUT / 2).modify(|w| w.set_ocm(OUTPUT % 2, mode));
 }
 
 /// CONVST low, and high at the next instant of a plan, where there is one.
 fn arm(plan: &Plan, next: &mut usize) {
-    set(OcmGp::FORCE_INACTIVE);
+    set(Ocm::FORCE_INACTIVE);
     if let Some(sweep) = plan.sweeps().get(*next) {
         *next += 1;
         TRIGGER.ccr(OUTPUT).write_value(trigger(sweep.at_ns));
-        set(OcmGp::ACTIVE_ON_MATCH);
+        set(Ocm::ACTIVE_ON_MATCH);
     }
 }
 

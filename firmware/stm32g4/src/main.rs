@@ -29,7 +29,7 @@ use crate::converter::Converter;
 use crate::outputs::{Outputs, cut};
 
 #[embassy_executor::main]
-async fn main(_: Spawner) {
+async fn main(_spawner: Spawner) {
     let p = embassy_stm32::init(clocks());
     let reset = why_reset();
     // From here on whoever stands still is reset, and fed only below, by the loop that polls.
@@ -85,11 +85,16 @@ fn here(pin: Peri<'static, AnyPin>, of: nucleo::Pin) -> Peri<'static, AnyPin> {
     pin
 }
 
-/// Gives a pin of the table to the peripheral that the table names, for ever.
-fn give(pin: Peri<'static, AnyPin>, of: nucleo::Pin, kind: AfType) {
+/// A pin of the table, which the peripheral that the table names has.
+fn attach(pin: Peri<'static, AnyPin>, of: nucleo::Pin, kind: AfType) -> Flex<'static> {
     let mut pin = Flex::new(here(pin, of));
     pin.set_as_af_unchecked(of.function.expect("the table says which function"), kind);
-    core::mem::forget(pin);
+    pin
+}
+
+/// The same, for ever.
+fn give(pin: Peri<'static, AnyPin>, of: nucleo::Pin, kind: AfType) {
+    core::mem::forget(attach(pin, of, kind));
 }
 
 /// The flags gather until they are cleared.

@@ -8,17 +8,17 @@
 //! clock, and neither lets them on again by itself. So do the processor's lock-up, a supply below 2.9 V, a memory that is not what was
 //! written to it, and a crystal that stands still. What of this is set up is locked until the next reset.
 
-use embassy_stm32::gpio::{AfType, AnyPin, OutputType, Pull, Speed};
+use embassy_stm32::gpio::{AfType, AnyPin, Flex, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::timer::TimAdv;
-use embassy_stm32::pac::timer::vals::{Bkp, Lock, Mms, OcmGp, Ossi, Ossr, Urs};
+use embassy_stm32::pac::timer::vals::{Bkp, Lock, Mms, Ocm, Ossi, Ossr, Urs};
 use embassy_stm32::{Peri, pac, peripherals, rcc};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use sinew_front_end_board::CHANNELS;
 use sinew_front_end_board::nucleo::{self, Pulses};
 
-use crate::give;
+use crate::{attach, give};
 
 const GATES: TimAdv = pac::TIM1;
 const MASTER: TimAdv = pac::TIM8;
@@ -34,7 +34,10 @@ pub async fn stopped() {
 }
 
 /// The four outputs and the master switch.
-pub struct Outputs(());
+pub struct Outputs {
+    /// The emergency stop's contact, which both timers see: low = closed.
+    stop: [Flex<'static>; 2],
+}
 
 impl Outputs {
     /// All off; of their pins, and the two by which the emergency stop comes in.
@@ -57,8 +60,8 @@ impl Outputs {
         });
         pac::RCC.cr().modify(|w| w.set_csson(true));
         let [stop, stop_enable] = stop;
-        give(stop, nucleo::STOP, AfType::input(Pull::Up));
-        give(stop_enable, nucleo::STOP_ENABLE, AfType::input(Pull::Up));
+        let contact = AfType::input(Pull::Up);
+        let stop = [attach(stop, nucleo::STOP, contact), attach(stop_enable, nucleo::STOP_ENABLE, contact)];
 
         GATES.cr1().write(|w| {
             w.set_opm(true);
@@ -69,11 +72,11 @@ impl Outputs {
         GATES.cr2().write(|w| w.set_mms(Mms::ENABLE));
         for output in 0..CHANNELS {
             GATES.ccmr_output(output / 2).modify(|w| {
-                w.set_ocm(output % 2, OcmGp::PWM_MODE1);
+                w.set_ocm(output % 2, Ocm::PWM_MODE1);
                 w.set_ocpe(output % 2, true);
             });
         }
-        MASTER.ccmr_output(0).modify(|w| w.set_ocm(0, OcmGp::FORCE_ACTIVE));
+        MASTER.ccmr_output(0).modify(|w| w.set_ocm(0, Ocm::FORCE_ACTIVE));
         MASTER.ccer().write(|w| w.set_cce(0, true));
         GATES.ccer().write(|w| (0..CHANNELS).for_each(|output| w.set_cce(output, true)));
         for timer in [GATES, MASTER] {
@@ -96,7 +99,7 @@ impl Outputs {
         interrupt::TIM1_BRK_TIM15.set_priority(Priority::P2);
         // SAFETY: the handler is `TIM1_BRK_TIM15` below, and what it touches is there.
         unsafe { interrupt::TIM1_BRK_TIM15.enable() };
-        let outputs = Outputs(());
+        let outputs = Outputs { stop };
         outputs.is_closed();
         outputs
     }
@@ -140,10 +143,7 @@ impl Outputs {
     /// outputs may go on again, but only with the next period, and the master switch only when it is switched on.
     pub fn is_closed(&self) -> bool {
         let was_broken = self.is_broken();
-        let is_low = |pin: nucleo::Pin| {
-            pac::GPIO(pin.port.into()).idr().read().idr(pin.number.into()) == pac::gpio::vals::Idr::LOW
-        };
-        let closed = is_low(nucleo::STOP) && is_low(nucleo::STOP_ENABLE);
+        let closed = self.stop.iter().all(Flex::is_low);
         if closed {
             for timer in [GATES, MASTER] {
                 // Bits of it are cleared by 0.
