@@ -22,8 +22,8 @@ import sys
 from unicorn import UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_CODE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError, arm_const
 
 PAGE = 0x1000
-# What a handler's link register says: no memory, so that a return is seen.
-RETURN = 0xFFFFFFF9
+# What a handler's link register says: where nothing is, so that a return is seen.
+RETURN = 0x0FFFF001
 REGISTERS = [
     getattr(arm_const, f"UC_ARM_REG_{name}") for name in ("R0", "R1", "R2", "R3", "R12", "LR", "PC", "XPSR")
 ]
@@ -36,7 +36,7 @@ class Cortex:
         self.orders, self.answers = orders, answers
         self.uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
         self.uc.ctl_set_cpu_model(arm_const.UC_CPU_ARM_CORTEX_M4)
-        for base in (0x40000000, 0x50000000, 0xE0000000):
+        for base in (0x40000000, 0x48000000, 0x50000000, 0xE0000000):
             self.uc.mmio_map(base, 0x100000, self.load, base, self.store, base)
         self.uc.mem_map(RETURN & -PAGE, PAGE)
         self.uc.hook_add(UC_HOOK_BLOCK, self.block)
@@ -77,10 +77,8 @@ class Cortex:
         self.done += self.lengths[address, size]
 
     def wfe(self, uc, address, size, _):
-        if not self.event:
-            self.waits = True
-            uc.emu_stop()
-        self.event = False
+        self.waits = True
+        uc.emu_stop()
 
     def sev(self, uc, address, size, _):
         self.event = True
@@ -100,17 +98,22 @@ class Cortex:
                 self.uc.hook_add(UC_HOOK_CODE, self.wfe if hint[0] == 0x20 else self.sev, begin=place, end=place)
 
     def run(self, count):
-        self.done, self.limit, self.waits, why = 0, count, False, COUNT_OVER
-        try:
-            self.uc.emu_start(self.uc.reg_read(PC) | 1, RETURN - 1)
-        except UcError as error:
-            print(f"cortex: {error} at {self.uc.reg_read(PC):#x}", file=sys.stderr)
-            why = FAULT
-        if self.waits:
-            self.uc.reg_write(PC, self.uc.reg_read(PC) + 2 | 1)
-            why = WFE
-        elif self.uc.reg_read(PC) == RETURN - 1:
-            why = RETURNED
+        self.done, self.limit, why = 0, count, None
+        while why is None:
+            self.waits = False
+            try:
+                self.uc.emu_start(self.uc.reg_read(PC) | 1, RETURN - 1)
+            except UcError as error:
+                print(f"cortex: {error} at {self.uc.reg_read(PC):#x}", file=sys.stderr)
+                why = FAULT
+                break
+            if self.waits:
+                # Unicorn does not execute it.
+                self.uc.reg_write(PC, self.uc.reg_read(PC) + 2 | 1)
+                why = None if self.event else WFE
+                self.event = False
+            else:
+                why = RETURNED if self.uc.reg_read(PC) == RETURN - 1 else COUNT_OVER
         self.tell("S", why, self.done, self.uc.reg_read(arm_const.UC_ARM_REG_PRIMASK) & 1)
 
     def enter(self, vector):
