@@ -4,7 +4,7 @@ import { Converter } from './converter.mjs';
 import { flashOf } from './elf.mjs';
 import { Wires } from './wires.mjs';
 
-/** Boards by the firmware's name: where its flash is, which pin is what, and how long a word of the converter's takes. */
+/** Boards by the firmware's name: where its flash is, which pin is what, and how long a byte of the line and a word of the converter's take. */
 const KINDS = [
   {
     name: 'sinew-rp2040',
@@ -15,6 +15,7 @@ const KINDS = [
     enable: 6,
     stop: [7],
     stopReset: 8,
+    byteNs: 0, // USB has no frames here
     converter: { convst: 10, busy: 11, reset: 12, wordNs: 1088 }, // 17 clocks of 15.6 MHz
   },
   {
@@ -27,6 +28,7 @@ const KINDS = [
     enable: 38,
     stop: [26, 23],
     stopReset: 36,
+    byteNs: 5000, // 2 Mbaud
     converter: { convst: 27, busy: 17, reset: 18, wordNs: 1200 }, // 18 clocks of 15 MHz
     /** Its timers' break inputs: the emergency stop needs no processor. */
     breaks: true,

@@ -68,7 +68,7 @@ export class Reader {
     const all = Buffer.from(bytes);
     const body = all.subarray(0, -4);
     if (all.length < 6 || crc32(body) !== all.readUInt32LE(all.length - 4)) return null;
-    return { version: body[0], kind: body[1], body };
+    return { version: body[0], kind: body[1], body, bytes: line.length + 2 };
   }
 }
 

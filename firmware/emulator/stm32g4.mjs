@@ -600,6 +600,11 @@ export class Machine {
     else this.plain.set(address, value);
   }
 
+  /** Lets the processor stand still after so many stores to a peripheral, from now on. */
+  hangAfter(address, stores) {
+    this.hang = { address, stores };
+  }
+
   port(address) {
     if (address < 0x48000000 || address >= 0x48001c00) return null;
     const index = (address - 0x48000000) >> 10;
@@ -649,7 +654,8 @@ export class Machine {
       } else if (what === 0x57) {
         this.clock.advance(Math.max(this.clock.cycles, begun + three));
         this.store(one, two);
-        this.cpu.answer(this.clock.next < planned || this.nvic.due !== null ? 1 : 0);
+        if (this.hang && (one & ~0x3ff) === this.hang.address && --this.hang.stores === 0) this.hangs = true;
+        this.cpu.answer(this.hangs || this.clock.next < planned || this.nvic.due !== null ? 1 : 0);
       } else {
         this.clock.advance(Math.max(this.clock.cycles, begun + two));
         this.busyNs += (this.clock.cycles - begun) * CYCLE_NS;

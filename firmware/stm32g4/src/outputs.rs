@@ -99,9 +99,8 @@ impl Outputs {
         interrupt::TIM1_BRK_TIM15.set_priority(Priority::P2);
         // SAFETY: the handler is `TIM1_BRK_TIM15` below, and what it touches is there.
         unsafe { interrupt::TIM1_BRK_TIM15.enable() };
-        let outputs = Outputs { stop };
-        outputs.is_closed();
-        outputs
+        GATES.dier().write(|w| w.set_bie(true));
+        Outputs { stop }
     }
 
     /// Off, with the pulses of a period ready for [`Outputs::go`].
@@ -144,7 +143,7 @@ impl Outputs {
     pub fn is_closed(&self) -> bool {
         let was_broken = self.is_broken();
         let closed = self.stop.iter().all(Flex::is_low);
-        if closed {
+        if closed && was_broken {
             for timer in [GATES, MASTER] {
                 // Bits of it are cleared by 0.
                 timer.sr().write(|w| {
