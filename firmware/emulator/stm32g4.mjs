@@ -2,7 +2,7 @@
 // as the firmware uses them. An instruction counts as a cycle; times are ns of the emulated clock.
 
 import { execFileSync, spawn, spawnSync } from 'node:child_process';
-import { closeSync, mkdtempSync, openSync, readSync, rmSync, writeSync } from 'node:fs';
+import { closeSync, existsSync, mkdtempSync, openSync, readSync, rmSync, writeSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 
@@ -50,13 +50,13 @@ class Clock {
 
 /** The processor's other end, by two pipes that are waited at. */
 class Cortex {
-  static python = process.env.SINEW_EMULATOR_PYTHON ?? 'python3';
+  static python = process.env.SINEW_EMULATOR_PYTHON ?? [new URL('venv/bin/python', import.meta.url).pathname].find(existsSync) ?? 'python3';
   static isThere = false;
 
   constructor() {
     if (!Cortex.isThere) {
       const { status } = spawnSync(Cortex.python, ['-c', 'import unicorn']);
-      if (status !== 0) throw new Error(`${Cortex.python} has no unicorn: pip install -r requirements.txt, or name another in SINEW_EMULATOR_PYTHON`);
+      if (status !== 0) throw new Error(`${Cortex.python} has no unicorn: python3 -m venv venv && venv/bin/pip install -r requirements.txt`);
       Cortex.isThere = true;
     }
     this.folder = mkdtempSync(join(tmpdir(), 'sinew-cortex-'));

@@ -61,11 +61,8 @@ async fn main(spawner: Spawner) {
     let (adc, supply) = (Adc::new_blocking(p.ADC, Config::default()), Channel::new_pin(p.PIN_26, Pull::None));
     let mut board = Board { outputs, converter, adc, supply, enable, stop, stop_reset, light };
 
-    let version = version(
-        env!("CARGO_PKG_VERSION_MAJOR"),
-        env!("CARGO_PKG_VERSION_MINOR"),
-        env!("CARGO_PKG_VERSION_PATCH"),
-    );
+    let version =
+        version(env!("CARGO_PKG_VERSION_MAJOR"), env!("CARGO_PKG_VERSION_MINOR"), env!("CARGO_PKG_VERSION_PATCH"));
     let who = identification(NAME, version, serial, reset);
     let feed = || watchdog.feed(patience);
     sinew_firmware_common::run(who, &mut board, feed, async |board: &mut Board| opens(&mut board.stop).await).await

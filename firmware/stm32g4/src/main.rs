@@ -39,10 +39,11 @@ async fn main(_spawner: Spawner) {
     // sections.
     interrupt::TIM3.set_priority(Priority::P3);
 
-    let outputs = Outputs::new([p.PC0.into(), p.PC1.into(), p.PC2.into(), p.PC3.into()], p.PC6.into(), [
-        p.PB10.into(),
-        p.PB7.into(),
-    ]);
+    let outputs = Outputs::new(
+        [p.PC0.into(), p.PC1.into(), p.PC2.into(), p.PC3.into()],
+        p.PC6.into(),
+        [p.PB10.into(), p.PB7.into()],
+    );
     let stop_reset = Input::new(here(p.PC4.into(), nucleo::STOP_RESET), Pull::Up);
     let light = Output::new(here(p.PA5.into(), nucleo::LED), Level::Low, Speed::Low);
     line::start(p.PA2.into(), p.PA3.into());
@@ -51,11 +52,8 @@ async fn main(_spawner: Spawner) {
     let adc = Adc::new(p.ADC1, AdcConfig::default());
     let mut board = Board { outputs, converter, adc, supply: p.PA0, stop_reset, light };
 
-    let version = version(
-        env!("CARGO_PKG_VERSION_MAJOR"),
-        env!("CARGO_PKG_VERSION_MINOR"),
-        env!("CARGO_PKG_VERSION_PATCH"),
-    );
+    let version =
+        version(env!("CARGO_PKG_VERSION_MAJOR"), env!("CARGO_PKG_VERSION_MINOR"), env!("CARGO_PKG_VERSION_PATCH"));
     let who = identification(NAME, version, nucleo::serial([0, 1, 2].map(|n| pac::UID.uid(n).read())), reset);
     sinew_firmware_common::run(who, &mut board, || watchdog.pet(), async |_: &mut Board| outputs::stopped().await).await
 }
