@@ -12,8 +12,8 @@ pub const WATCHDOG_NS: u32 = 200_000_000;
 /// Longest time without a good frame.
 pub const MAX_SILENCE_NS: u32 = 600_000_000;
 
-/// 500 Hz at the most: USB at full speed transfers once a millisecond, and what a host makes of a faster line nobody has seen. 10 Hz at the least: it has to be within [`MAX_SILENCE_NS`] a few
-/// times.
+/// 500 Hz at the most: USB at full speed transfers once a millisecond, and four wires on a UART of 2 Mbaud take a quarter of the period.
+/// 10 Hz at the least: it has to be within [`MAX_SILENCE_NS`] a few times.
 const MIN_PERIOD_NS: u32 = 2_000_000;
 const MAX_PERIOD_NS: u32 = 100_000_000;
 

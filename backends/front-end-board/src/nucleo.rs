@@ -1,6 +1,8 @@
 //! The board with a NUCLEO-G474RE: which pin is what, what its timers count, and what its reset flags mean. The table in `docs/board.md` is
 //! this one; a test compares them.
 
+use core::fmt;
+
 use sinew_front_end::ResetCause;
 
 use crate::CHANNELS;
@@ -22,6 +24,12 @@ pub struct Pin {
     pub number: u8,
     /// The alternate function by which a peripheral has it.
     pub function: Option<u8>,
+}
+
+impl fmt::Display for Pin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "P{}{}", char::from(b'A' + self.port), self.number)
+    }
 }
 
 const fn pin(port: char, number: u8) -> Pin {

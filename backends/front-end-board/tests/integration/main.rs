@@ -6,7 +6,7 @@ mod budget;
 mod netlist;
 
 use budget::{CANDIDATES, RATE_HZ, SENSING_DUTY, WANTED_M, current_a, rows, shunt_noise_v, sigma_m, total_v};
-use sinew_front_end_board::{LEAD_NS, MIN_ON_NS, SHUNT_OHM, pico};
+use sinew_front_end_board::{LEAD_NS, MIN_ON_NS, SHUNT_OHM, nucleo, pico};
 
 const PAGE: &str = include_str!("../../../../docs/board.md");
 
@@ -55,4 +55,22 @@ fn no_pin_is_used_twice_and_the_page_has_them_all() {
         assert!(PAGE.contains(&row), "docs/board.md lacks the row {row:?}");
     }
     assert_eq!(PAGE.lines().filter(|line| line.starts_with("| GP")).count(), pico::TABLE.len());
+}
+
+#[test]
+fn the_second_board_has_the_first_one_s_signals_on_pins_of_its_own() {
+    for (index, (pin, name, held)) in nucleo::TABLE.iter().enumerate() {
+        assert!(nucleo::TABLE[..index].iter().all(|(other, ..)| other != pin), "{pin} twice");
+        let function = pin.function.map_or(String::new(), |function| format!(", AF{function}"));
+        let row = format!("| {pin}{function} | {name} | {held} |");
+        assert!(PAGE.contains(&row), "docs/board.md lacks the row {row:?}");
+    }
+    let of_the_page =
+        PAGE.lines().filter(|line| ["| PA", "| PB", "| PC"].iter().any(|port| line.starts_with(port))).count();
+    assert_eq!(of_the_page, nucleo::TABLE.len());
+    // The circuit is drawn once: its nets by these names. Only the emergency stop, which is a break input, is held otherwise.
+    for (pin, name, held) in pico::TABLE {
+        let same = nucleo::TABLE.iter().find(|(_, other, _)| *other == name).unwrap_or_else(|| panic!("no {name}"));
+        assert!(same.2 == held || pin == pico::STOP, "{name}: {} and {held}", same.2);
+    }
 }
