@@ -653,7 +653,8 @@ export class Machine {
         this.cpu.answer(this.load(one));
       } else if (what === 0x57) {
         this.clock.advance(Math.max(this.clock.cycles, begun + three));
-        this.store(one, two);
+        // One that stands still does not come to the end of its block.
+        if (!this.hangs) this.store(one, two);
         if (this.hang && (one & ~0x3ff) === this.hang.address && --this.hang.stores === 0) this.hangs = true;
         this.cpu.answer(this.hangs || this.clock.next < planned || this.nvic.due !== null ? 1 : 0);
       } else {
