@@ -302,15 +302,24 @@ class Timer {
   }
 }
 
+const PINS = 7 * 16;
 const [MODER, IDR, ODR, BSRR, AFRL, BRR] = [0x00, 0x10, 0x14, 0x18, 0x20, 0x28];
 
-/** A pin: what drives it, and who listens. */
+/** A pin: what drives it, what is put to it from outside, and who listens. */
 class Pin {
   listeners = [];
   driven = false;
   input = null;
+  constructor(changed) {
+    this.changed = changed;
+  }
   addListener(call) {
     this.listeners.push(call);
+  }
+  setInputValue(level) {
+    const fell = this.input && !level;
+    this.input = level;
+    this.changed(fell);
   }
 }
 
@@ -324,7 +333,9 @@ export class Machine {
     this.vtor = FLASH;
     this.isMasked = false;
     this.sleeps = false;
-    this.pins = Array.from({ length: 112 }, () => new Pin());
+    this.pins = Array.from({ length: PINS }, (_, number) => new Pin((fell) => this.changed(number, fell)));
+    /** Registers that nothing stands behind. */
+    this.plain = new Map();
     this.supply = 0;
     this.cdc = { onSerialData() {}, onDeviceConnected: null };
     this.peripherals(reason);
@@ -451,7 +462,7 @@ export class Machine {
     const [UE, RXFT, TXFT] = [0, 26, 27];
     const values = new Map();
     const [waiting, came, go] = [[], [], []];
-    let [isIdle, lost, sends] = [false, 0, false];
+    let [isIdle, sends] = [false, false];
     const get = (offset) => values.get(offset) ?? 0;
     const byteNs = () => (10 * get(0x0c) * CYCLE_NS) / 256;
     const flags = () =>
@@ -467,8 +478,8 @@ export class Machine {
         isIdle = true;
       } else {
         const byte = waiting.shift();
+        // One too many is lost.
         if (came.length < 8) came.push(byte);
-        else lost += 1;
         arrives.schedule(byteNs());
       }
       look();
@@ -485,7 +496,6 @@ export class Machine {
       waiting.push(...bytes);
       if (arrives.at === Infinity) arrives.schedule(byteNs());
     };
-    Object.defineProperty(this, 'lostBytes', { get: () => lost });
     return {
       read: (offset) => {
         if (offset === 0x1c) return flags();
@@ -527,14 +537,12 @@ export class Machine {
   }
 
   pin(number) {
-    const pin = this.pins[number];
-    pin.setInputValue ??= (level) => {
-      const before = pin.input;
-      pin.input = level;
-      if (before && !level) this.fell(number);
-      this.sense();
-    };
-    return pin;
+    return this.pins[number];
+  }
+
+  changed(number, fell) {
+    if (fell) this.fell(number);
+    this.sense();
   }
 
   isHigh(number) {
@@ -580,7 +588,6 @@ export class Machine {
     const peripheral = this.map.get(address & ~0x3ff);
     return peripheral ? peripheral.read(address & 0x3ff) : (this.plain.get(address) ?? 0);
   }
-  plain = new Map();
 
   store(address, value) {
     if (address >= 0xe000e000) return this.nvic.write(address - 0xe000e000, value, (vtor) => (this.vtor = vtor));

@@ -152,7 +152,8 @@ impl Outputs {
                     w.set_sbif(false);
                 });
             }
-            GATES.dier().write(|w| w.set_bie(true));
+            // A break that lasts wakes nobody again.
+            GATES.dier().write(|w| w.set_bie(!self.is_broken()));
         }
         closed && !was_broken
     }
