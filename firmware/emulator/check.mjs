@@ -2,7 +2,7 @@
 // with 1 where one is not as it should be.
 
 import { Board, firmwareOf } from './board.mjs';
-import { Reader, configure, duty, hello, identification, samples } from './frames.mjs';
+import { Reader, clear, configure, duty, hello, identification, samples } from './frames.mjs';
 
 const PERIOD_NS = 2e6;
 const PERIODS = Number(process.argv[3] ?? 200);
@@ -43,9 +43,9 @@ function board(reason = 0) {
   kept.areOff = () => GATES.every((pin) => !machine.isHigh(pin)) && !machine.isHigh(ENABLE);
   let sequence = 0;
   kept.duty = (duties) => kept.send(duty(++sequence, (WATCHDOG_PERIODS * PERIOD_NS) / 1000, duties));
-  kept.start = (limits = LIMITS) => {
+  kept.start = (limits = LIMITS, usesStop = true) => {
     kept.run(100e6);
-    kept.send(configure({ session: 7, periodNs: PERIOD_NS, watchdogPeriods: WATCHDOG_PERIODS, enable: 1, usesStop: true, channels: 4, limits }));
+    kept.send(configure({ session: 7, periodNs: PERIOD_NS, watchdogPeriods: WATCHDOG_PERIODS, enable: 1, usesStop, channels: 4, limits }));
     kept.run(2e6);
     for (let frame = 0; frame < 3; frame++) {
       kept.duty([0, 0, 0, 0]);
@@ -250,6 +250,23 @@ if (breaks) {
       it.run(PERIOD_NS);
     }
     check('break: nothing goes on while the contact is open', it.areOff() && it.edges.every((edges) => edges.length === 0));
+  }
+  {
+    const it = board();
+    it.start(LIMITS, false);
+    on(it);
+    it.board.stop(true);
+    check('break: off also where nobody looks at the emergency stop', it.areOff());
+    it.run(2 * PERIOD_NS);
+    it.board.stop(false);
+    it.edges.forEach((edges) => (edges.length = 0));
+    on(it);
+    const { faults } = samples(it.last(0x83));
+    check('break: which is a fault of every stage', it.edges.every((edges) => edges.length === 0) && faults.every((fault) => fault === 5), faults.join(' '));
+    it.start(LIMITS, false);
+    for (let channel = 0; channel < GATES.length; channel++) it.send(clear(channel));
+    on(it);
+    check('break: until it is configured again and cleared', lit(it).every(Boolean));
   }
   // The processor stands still after each store to the gates' timer by which a period begins.
   const worst = [];

@@ -39,6 +39,7 @@ export const configure = ({ session, periodNs, watchdogPeriods, enable, usesStop
 };
 export const duty = (sequence, validUs, duties) =>
   body(0x03, u32(sequence), u32(validUs), u8(1), u8(duties.length), ...duties.map((duty) => u16(duty)));
+export const clear = (channel) => body(0x05, u8(channel));
 
 /** Takes bytes, gives frames. */
 export class Reader {

@@ -5,7 +5,7 @@ use embassy_stm32::adc::{Adc, SampleTime};
 use embassy_stm32::gpio::{Input, Output};
 use embassy_stm32::peripherals::{ADC1, PA0};
 use sinew_firmware_common::line::send;
-use sinew_front_end::{Event, Hardware, RawSample, StopPins};
+use sinew_front_end::{ChannelFault, Event, Hardware, RawSample, StopPins};
 use sinew_front_end_board::nucleo::Pulses;
 use sinew_front_end_board::{MIN_ON_NS, Plan, supply_code};
 
@@ -27,6 +27,8 @@ pub struct Board {
     pub stop_reset: Input<'static>,
     /// On while outputs follow the driver.
     pub light: Output<'static>,
+    /// Whether this configuration looks at the emergency stop.
+    pub is_watched: bool,
 }
 
 impl Hardware for Board {
@@ -52,11 +54,17 @@ impl Hardware for Board {
         self.converter.samples(supply, samples);
     }
 
+    /// Whoever does not look at the emergency stop is told that the stages do not switch on.
+    fn stage_fault(&mut self, _channel: usize) -> Option<ChannelFault> {
+        (!self.is_watched && self.outputs.is_broken()).then_some(ChannelFault::Stage)
+    }
+
     fn enable(&mut self, on: bool) {
         self.outputs.enable(on);
     }
 
     fn stop_inputs(&mut self) -> Option<StopPins> {
+        self.is_watched = true;
         Some(StopPins { closed: self.outputs.is_closed(), reset_pressed: self.stop_reset.is_low() })
     }
 
@@ -70,6 +78,7 @@ impl Hardware for Board {
             // Everything is off: the moment to see whether the converter is still what it was, and, where the emergency stop is not
             // looked at, to forget that it was open.
             Event::Configured { .. } => {
+                self.is_watched = false;
                 self.outputs.is_closed();
                 self.converter.configure();
             }

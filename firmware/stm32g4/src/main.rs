@@ -50,7 +50,7 @@ async fn main(_spawner: Spawner) {
     let lines = [p.PB12.into(), p.PB13.into(), p.PB14.into(), p.PB15.into()];
     let converter = Converter::new(p.PB11.into(), p.PB1.into(), p.PB2.into(), lines).await;
     let adc = Adc::new(p.ADC1, AdcConfig::default());
-    let mut board = Board { outputs, converter, adc, supply: p.PA0, stop_reset, light };
+    let mut board = Board { outputs, converter, adc, supply: p.PA0, stop_reset, light, is_watched: false };
 
     let version =
         version(env!("CARGO_PKG_VERSION_MAJOR"), env!("CARGO_PKG_VERSION_MINOR"), env!("CARGO_PKG_VERSION_PATCH"));

@@ -159,7 +159,7 @@ impl Outputs {
     }
 
     /// Whether a break has switched off and nobody has cleared it.
-    fn is_broken(&self) -> bool {
+    pub fn is_broken(&self) -> bool {
         [GATES, MASTER].iter().any(|timer| {
             let flags = timer.sr().read();
             flags.bif(0) || flags.sbif()
