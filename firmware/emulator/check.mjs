@@ -1,11 +1,9 @@
 // node check.mjs FIRMWARE.elf [PERIODS]: what the firmware does with four channels at 500 Hz, in the emulator's own time. Every figure is told; ends
 // with 1 where one is not as it should be.
 
-import { Board, ENABLE } from './board.mjs';
-import { Reader, configure, duty, hello, identification, samples } from './frames.mjs';
-import { flashOf } from './machine.mjs';
+import { Board, firmwareOf } from './board.mjs';
+import { Reader, clear, configure, duty, hello, identification, samples } from './frames.mjs';
 
-const GATES = [2, 3, 4, 5];
 const PERIOD_NS = 2e6;
 const PERIODS = Number(process.argv[3] ?? 200);
 const FULL_DUTY = 65535;
@@ -13,13 +11,16 @@ const NOT_SAMPLED = 65535;
 const WATCHDOG_PERIODS = 5;
 const LIMITS = { maxDuty: FULL_DUTY, maxCurrentMa: 1500, heatMa2S: 1_000_000, drainMa2: 1_000_000 };
 const [READY, RUNNING, TRIPPED, STOPPED] = [1, 2, 3, 4];
+/** TIM1. */
+const GATES_TIMER = 0x40012c00;
 
 const elf = process.argv[2];
 if (elf === undefined) {
   console.error('usage: node check.mjs FIRMWARE.elf [PERIODS]');
   process.exit(2);
 }
-const parts = flashOf(elf);
+const firmware = await firmwareOf(elf);
+const { name, serial, gates: GATES, enable: ENABLE, byteNs, breaks } = firmware.kind;
 let [failed, checked] = [0, 0];
 
 function check(what, isGood, figure = '') {
@@ -33,7 +34,7 @@ function board(reason = 0) {
   const reader = new Reader();
   const kept = { frames: [], edges: GATES.map(() => []), resets: null, reader };
   const send = (bytes) => kept.frames.push(...reader.push(bytes).map((frame) => ({ ...frame, ns: kept.board.machine.clock.nanos })));
-  kept.board = new Board(parts, send, { reason, onReset: (why) => (kept.resets = why) });
+  kept.board = new Board(firmware, send, { reason, onReset: (why) => (kept.resets = why) });
   const { machine } = kept.board;
   GATES.forEach((pin, channel) => machine.pin(pin).addListener(() => kept.edges[channel].push({ ns: machine.clock.nanos, on: machine.isHigh(pin) })));
   kept.run = (ns) => machine.run(machine.clock.nanos + ns, Infinity);
@@ -42,9 +43,9 @@ function board(reason = 0) {
   kept.areOff = () => GATES.every((pin) => !machine.isHigh(pin)) && !machine.isHigh(ENABLE);
   let sequence = 0;
   kept.duty = (duties) => kept.send(duty(++sequence, (WATCHDOG_PERIODS * PERIOD_NS) / 1000, duties));
-  kept.start = () => {
+  kept.start = (limits = LIMITS, usesStop = true) => {
     kept.run(100e6);
-    kept.send(configure({ session: 7, periodNs: PERIOD_NS, watchdogPeriods: WATCHDOG_PERIODS, enable: 1, usesStop: true, channels: 4, limits: LIMITS }));
+    kept.send(configure({ session: 7, periodNs: PERIOD_NS, watchdogPeriods: WATCHDOG_PERIODS, enable: 1, usesStop, channels: 4, limits }));
     kept.run(2e6);
     for (let frame = 0; frame < 3; frame++) {
       kept.duty([0, 0, 0, 0]);
@@ -65,9 +66,9 @@ const us = (ns) => `${(ns / 1000).toFixed(1)} µs`;
   it.send(hello(99));
   it.run(5e6);
   const who = identification(it.last(0x81));
-  check('identification', who.nonce === 99 && who.name === 'sinew-rp2040' && who.channels === 4 && who.features === 3, JSON.stringify(who));
+  check('identification', who.nonce === 99 && who.name === name && who.channels === 4 && who.features === 3, JSON.stringify(who));
   check('started after power-on', who.reset === 1);
-  check('its serial number is the flash’s', who.serial === 'e661000000000001');
+  check('its serial number is its own', who.serial === serial, who.serial);
 }
 
 // Four wires at duties of their own, the sensing pulse of 2 % among them.
@@ -79,14 +80,14 @@ const us = (ns) => `${(ns / 1000).toFixed(1)} µs`;
   it.board.wires.heats = false;
   it.edges.forEach((edges) => (edges.length = 0));
   const begun = it.frames.length;
-  it.board.machine.busy = 0;
+  it.board.machine.busyNs = 0;
   const sent = [];
   for (let period = 0; period < PERIODS; period++) {
     sent.push(it.board.machine.clock.nanos);
     it.duty(DUTIES);
     it.run(PERIOD_NS);
   }
-  const busy = (it.board.machine.busy * 8) / (PERIODS * PERIOD_NS);
+  const busy = it.board.machine.busyNs / (PERIODS * PERIOD_NS);
   const frames = it.frames.slice(begun).filter((frame) => frame.kind === 0x83).map((frame) => ({ ...samples(frame), ns: frame.ns }));
   check('a samples frame a period, none damaged', frames.length === PERIODS && it.reader.damaged === 0, `${frames.length} of ${PERIODS}`);
   const last = frames.at(-1);
@@ -95,7 +96,9 @@ const us = (ns) => `${(ns / 1000).toFixed(1)} µs`;
   const lags = sent.map((ns, index) => (rises[index] ?? Infinity) - ns);
   check('from the frame to its pulses', Math.max(...lags) < 400e3, `${us(Math.min(...lags))} to ${us(Math.max(...lags))}`);
   const answers = frames.map(({ ns }, index) => ns - sent[index]);
-  check('from the frame to its samples', Math.max(...answers) < PERIOD_NS * 0.6, `${us(Math.min(...answers))} to ${us(Math.max(...answers))}, the longest on-phase is 600 µs of it`);
+  const onLine = (duty(0, 0, DUTIES).length + it.last(0x83).bytes) * byteNs;
+  const parts = `the longest on-phase is 600 µs of it, the line ${us(onLine)}`;
+  check('from the frame to its samples', Math.max(...answers) - onLine < PERIOD_NS * 0.6, `${us(Math.min(...answers))} to ${us(Math.max(...answers))}, ${parts}`);
   check('processor busy, of two milliseconds', busy < 0.7, us(busy * PERIOD_NS));
 
   DUTIES.forEach((duty, channel) => {
@@ -178,9 +181,109 @@ const us = (ns) => `${(ns / 1000).toFixed(1)} µs`;
   check('hang: the watchdog resets', it.resets === 1, `${((it.board.machine.clock.nanos - hung) / 1e6).toFixed(0)} ms`);
   const again = board(it.resets);
   again.run(100e6);
+  check('hang: after which all is off', again.areOff() && again.edges.every((edges) => edges.length === 0));
   again.send(hello(1));
   again.run(5e6);
   check('hang: and the next start says so', identification(again.last(0x81)).reset === 3);
+  // Nobody knows how hot the wires are.
+  again.start({ ...LIMITS, drainMa2: 10_000 });
+  again.duty([FULL_DUTY, FULL_DUTY, FULL_DUTY, FULL_DUTY]);
+  again.run(PERIOD_NS * 1.5);
+  const { limited } = samples(again.last(0x83));
+  check('hang: and takes its wires for hot', limited === 0b1111n && !again.areOff(), `limited: ${limited}`);
+}
+
+// A board that needs no processor for its emergency stop.
+if (breaks) {
+  const on = (it, periods = 5) => {
+    for (let period = 0; period < periods; period++) {
+      it.duty([FULL_DUTY, 32768, 32768, 32768]);
+      it.run(PERIOD_NS);
+    }
+    it.duty([FULL_DUTY, 32768, 32768, 32768]);
+    it.run(500e3);
+  };
+  const lit = (it) => GATES.map((pin) => it.board.machine.isHigh(pin));
+  {
+    const it = board();
+    const { timers } = it.board.machine;
+    it.start();
+    const [enabled, high, idle, again, level] = [12, 13, 10, 14, 8];
+    const set = [timers[1], timers[8]].map((timer) => timer.read(0x44));
+    const isSet = (value) => [enabled, high, idle].every((bit) => (value >> bit) & 1) && !((value >> again) & 1) && ((value >> level) & 3) === 3;
+    check('break: on both timers, active high, idle low, not automatic, locked', set.every(isSet), set.map((value) => value.toString(16)).join(' '));
+    on(it);
+    check('break: all were on', lit(it).every(Boolean) && it.board.machine.isHigh(ENABLE));
+    const { machine } = it.board;
+    machine.hangs = true;
+    it.board.stop(true);
+    check('break: gates and master switch are off at once, the processor stands still', it.areOff());
+    it.board.stop(false);
+    it.run(50e6);
+    check('break: and stay off when the contact closes', it.areOff());
+  }
+  {
+    const it = board();
+    it.start();
+    on(it);
+    const before = it.frames.length;
+    it.board.stop(true);
+    it.run(1e3);
+    it.board.stop(false);
+    check('break: a microsecond is enough', it.areOff());
+    it.run(1e6);
+    const told = it.frames.slice(before).filter(({ kind }) => kind === 0x83).map(samples);
+    check('break: and is told', told.some(({ state, inputs }) => state === STOPPED && (inputs & 1) === 1));
+    it.edges.forEach((edges) => (edges.length = 0));
+    on(it);
+    check('break: frames alone switch nothing on', it.areOff() && it.edges.every((edges) => edges.length === 0));
+    for (let frame = 0; frame < 3; frame++) {
+      it.duty([0, 0, 0, 0]);
+      it.run(PERIOD_NS);
+    }
+    on(it);
+    check('break: frames of zeros do', lit(it).every(Boolean) && it.board.machine.isHigh(ENABLE));
+    it.board.stop(true);
+    it.edges.forEach((edges) => (edges.length = 0));
+    for (let period = 0; period < 10; period++) {
+      it.duty([0, 0, 0, 0].fill(period < 5 ? 0 : FULL_DUTY));
+      it.run(PERIOD_NS);
+    }
+    check('break: nothing goes on while the contact is open', it.areOff() && it.edges.every((edges) => edges.length === 0));
+  }
+  {
+    const it = board();
+    it.start(LIMITS, false);
+    on(it);
+    it.board.stop(true);
+    check('break: off also where nobody looks at the emergency stop', it.areOff());
+    it.run(2 * PERIOD_NS);
+    it.board.stop(false);
+    it.edges.forEach((edges) => (edges.length = 0));
+    on(it);
+    const { faults } = samples(it.last(0x83));
+    check('break: which is a fault of every stage', it.edges.every((edges) => edges.length === 0) && faults.every((fault) => fault === 5), faults.join(' '));
+    it.start(LIMITS, false);
+    for (let channel = 0; channel < GATES.length; channel++) it.send(clear(channel));
+    on(it);
+    check('break: until it is configured again and cleared', lit(it).every(Boolean));
+  }
+  // The processor stands still after each store to the gates' timer by which a period begins.
+  const worst = [];
+  for (let store = 1; store <= 20; store++) {
+    const it = board();
+    it.start();
+    on(it);
+    it.run(PERIOD_NS * 0.75);
+    it.edges.forEach((edges) => (edges.length = 0));
+    it.board.machine.hangAfter(GATES_TIMER, store);
+    it.duty([FULL_DUTY, FULL_DUTY, FULL_DUTY, FULL_DUTY]);
+    it.run(PERIOD_NS * 3);
+    const lengths = it.edges.flatMap((edges) => edges.flatMap((edge, index) => (!edge.on && index > 0 ? [edge.ns - edges[index - 1].ns] : [])));
+    if (it.board.machine.hangs) worst.push(lit(it).some(Boolean) ? Infinity : Math.max(0, ...lengths));
+    it.board.machine.end();
+  }
+  check('hang: wherever a period begins', worst.length >= 10 && Math.max(...worst) <= PERIOD_NS, `after each of ${worst.length} stores; on for ${us(Math.max(...worst))} at the most`);
 }
 
 // A converter that is not there, and a stage that conducts by itself.

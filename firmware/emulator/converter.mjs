@@ -1,25 +1,23 @@
-// The AD7616 on SPI 0: registers, ranges, sequencer and burst as its data sheet has them, one pair of inputs a microsecond.
+// The AD7616 on the machine's first SPI: registers, ranges, sequencer and burst as its data sheet has them, one pair of inputs a microsecond.
 
-const [CONVST, BUSY, RESET] = [10, 11, 12];
 const PAIR_NS = 1000;
-const WORD_NS = 1088; // 17 clocks of 15.6 MHz
 const FULL = { 0: 10, 1: 2.5, 2: 5, 3: 10 };
 
 export class Converter {
-  /** `input(side, number, nowNs)`: the voltage at an input. */
-  constructor(machine, input) {
-    Object.assign(this, { machine, input, registers: new Map(), results: [], asked: null, isThere: true, sweeps: 0 });
-    machine.pin(CONVST).addListener(() => machine.isHigh(CONVST) && this.convert());
-    machine.pin(RESET).addListener(() => machine.isHigh(RESET) || this.registers.clear());
+  /** At these pins, a word in so many ns; `input(side, number, nowNs)`: the voltage at an input. */
+  constructor(machine, { convst, busy, reset, wordNs }, input) {
+    Object.assign(this, { machine, busy, reset, input, registers: new Map(), results: [], asked: null, isThere: true, sweeps: 0 });
+    machine.pin(convst).addListener(() => machine.isHigh(convst) && this.convert());
+    machine.pin(reset).addListener(() => machine.isHigh(reset) || this.registers.clear());
     const spi = machine.chip.spi[0];
     let word = 0;
     const over = machine.clock.createAlarm(() => spi.completeTransmit(this.exchange(word)));
     spi.onTransmit = (value) => {
       word = value;
-      over.schedule(WORD_NS);
+      over.schedule(wordNs);
     };
     this.next = machine.clock.createAlarm(() => this.pair());
-    machine.pin(BUSY).setInputValue(false);
+    machine.pin(busy).setInputValue(false);
   }
 
   exchange(word) {
@@ -33,7 +31,7 @@ export class Converter {
   }
 
   convert() {
-    if (!this.isThere || !this.machine.isHigh(RESET)) return;
+    if (!this.isThere || !this.machine.isHigh(this.reset)) return;
     const configuration = this.registers.get(2) ?? 0;
     const isSequence = (configuration & 0x60) === 0x60;
     this.pairs = [];
@@ -43,7 +41,7 @@ export class Converter {
       if (!isSequence || layer & 0x100) break;
     }
     [this.results, this.converted] = [[], []];
-    this.machine.pin(BUSY).setInputValue(true);
+    this.machine.pin(this.busy).setInputValue(true);
     this.pair();
   }
 
@@ -51,7 +49,7 @@ export class Converter {
     if (this.converted.length === 2 * this.pairs.length) {
       this.results = this.converted;
       this.sweeps += 1;
-      this.machine.pin(BUSY).setInputValue(false);
+      this.machine.pin(this.busy).setInputValue(false);
       return;
     }
     const [a, b] = this.pairs[this.converted.length / 2];

@@ -6,12 +6,14 @@ import { existsSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { setTimeout as sleep } from 'node:timers/promises';
+import { firmwareOf } from './board.mjs';
 
 const [elf, sinew] = process.argv.slice(2);
 if (sinew === undefined) {
   console.error('usage: node drive.mjs FIRMWARE.elf SINEW');
   process.exit(2);
 }
+const { kind } = await firmwareOf(elf);
 const folder = mkdtempSync(join(tmpdir(), 'sinew-board-'));
 const [link, rig] = [join(folder, 'front-end'), join(folder, 'rig.toml')];
 const name = `emulated-board-${process.pid}`;
@@ -89,9 +91,9 @@ const told = (board, key) => board.lines.filter((line) => line.includes(key)).ma
 const board = start(process.execPath, [new URL('emulate.mjs', import.meta.url).pathname, elf, link]);
 let driver = null;
 try {
-  await until('the board is on USB', () => existsSync(link) && told(board, '"usb"'));
+  await until('the board has its line', () => existsSync(link) && told(board, '"line"'));
   driver = start(sinew, ['run', rig, '--no-monitor']);
-  const who = await until('the driver knows the board', () => driver.lines.find((line) => line.includes('sinew-rp2040')));
+  const who = await until('the driver knows the board', () => driver.lines.find((line) => line.includes(kind.name)));
   check('identified', who !== null && who.includes('started after power-on'), who ?? driver.lines.join('\n'));
   await until('the emergency stop stands', () => status()?.every(({ fault }) => fault !== null));
 

@@ -3,8 +3,7 @@
 
 import { spawn } from 'node:child_process';
 import { createInterface } from 'node:readline';
-import { Board, ENABLE } from './board.mjs';
-import { flashOf } from './machine.mjs';
+import { Board, firmwareOf } from './board.mjs';
 
 const SLICE_MS = 10;
 const MOST_BEHIND_MS = 50;
@@ -21,15 +20,16 @@ line.on('error', (error) => fail(`python3 with its module pty is needed for the 
 line.on('exit', (code) => fail(`the pseudo-terminal has ended (${code})`));
 line.stdout.on('data', (bytes) => board.machine.send(bytes));
 
-const parts = flashOf(elf);
+const firmware = await firmwareOf(elf).catch((error) => fail(error.message, 2));
+const { enable } = firmware.kind;
 let board = start(0, 0);
 
 /** A board from its reset. */
 function start(reason, startNs, inputs) {
   const send = (bytes) => line.stdin.write(bytes);
-  const board = new Board(parts, send, { reason, startNs, onReset: (why) => (resets = why) }, inputs);
-  board.machine.cdc.onDeviceConnected = () => tell({ event: 'usb' });
-  board.machine.pin(ENABLE).addListener(() => tell({ event: 'enable', on: board.machine.isHigh(ENABLE) }));
+  const board = new Board(firmware, send, { reason, startNs, onReset: (why) => (resets = why) }, inputs);
+  board.machine.cdc.onDeviceConnected = () => tell({ event: 'line' });
+  board.machine.pin(enable).addListener(() => tell({ event: 'enable', on: board.machine.isHigh(enable) }));
   return board;
 }
 
@@ -45,6 +45,7 @@ function turn() {
   machine.run((begun - epoch) * 1e6, begun + SLICE_MS);
   if (resets !== null) {
     tell({ event: 'reset', by: resets === 1 ? 'watchdog' : 'software' });
+    machine.end();
     board = start(resets, machine.clock.nanos, board.inputs);
     resets = null;
   }
@@ -58,11 +59,11 @@ function turn() {
       celsius: wires.wires.map((wire) => Math.round(wire.celsius)),
       length_mm: wires.wires.map((wire) => Math.round(wires.ofWire(wire).length * 1e6) / 1e3),
       sweeps: converter.sweeps,
-      busy_us: Math.round(machine.busy * 0.008),
+      busy_us: Math.round(machine.busyNs / 1000),
       behind_ms: Math.round(behind),
     });
     for (const wire of wires.wires) [wire.pulses, wire.onNs] = [0, 0];
-    [converter.sweeps, machine.busy] = [0, 0];
+    [converter.sweeps, machine.busyNs] = [0, 0];
   }
   setTimeout(turn, machine.clock.nanos / 1e6 < performance.now() - epoch - 1 ? 0 : 1);
 }

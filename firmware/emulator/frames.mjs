@@ -39,6 +39,7 @@ export const configure = ({ session, periodNs, watchdogPeriods, enable, usesStop
 };
 export const duty = (sequence, validUs, duties) =>
   body(0x03, u32(sequence), u32(validUs), u8(1), u8(duties.length), ...duties.map((duty) => u16(duty)));
+export const clear = (channel) => body(0x05, u8(channel));
 
 /** Takes bytes, gives frames. */
 export class Reader {
@@ -68,7 +69,7 @@ export class Reader {
     const all = Buffer.from(bytes);
     const body = all.subarray(0, -4);
     if (all.length < 6 || crc32(body) !== all.readUInt32LE(all.length - 4)) return null;
-    return { version: body[0], kind: body[1], body };
+    return { version: body[0], kind: body[1], body, bytes: line.length + 2 };
   }
 }
 

@@ -1,7 +1,5 @@
 // Four wires at the outputs: resistance, taps, shunt, the supply by the enable pin, the converter's filter, and heat that shortens them.
 
-const GATES = [2, 3, 4, 5];
-const ENABLE = 6;
 const SHUNT_OHM = 0.5;
 const SWITCH_OHM = 0.05;
 const TAU_NS = 1e9 / (2 * Math.PI * 39000);
@@ -14,12 +12,12 @@ const COLD = { length: 0.1667, ohm: 10.4 };
 const HOT = { length: 0.1603, ohm: 11.9 };
 
 export class Wires {
-  constructor(machine, { supplyV = 6.5, tapsM = [0, 0.15] } = {}) {
-    Object.assign(this, { machine, supplyV, tapsM, heats: true });
-    this.wires = GATES.map((pin) => ({ pin, celsius: AMBIENT_C, isOn: false, since: 0, level: 0, onNs: 0, pulses: 0, isStuck: false, isOpen: false }));
+  constructor(machine, { gates, enable }, { supplyV = 6.5, tapsM = [0, 0.15] } = {}) {
+    Object.assign(this, { machine, enable, supplyV, tapsM, heats: true });
+    this.wires = gates.map((pin) => ({ pin, celsius: AMBIENT_C, isOn: false, since: 0, level: 0, onNs: 0, pulses: 0, isStuck: false, isOpen: false }));
     this.steppedNs = machine.clock.nanos;
     for (const wire of this.wires) machine.pin(wire.pin).addListener(() => this.switch(wire));
-    machine.pin(ENABLE).addListener(() => this.wires.forEach((wire) => this.switch(wire)));
+    machine.pin(enable).addListener(() => this.wires.forEach((wire) => this.switch(wire)));
   }
 
   /** Whatever gates and the master switch are now. */
@@ -29,7 +27,7 @@ export class Wires {
     if (gate && !wire.gate) wire.gateSince = now;
     if (!gate && wire.gate) [wire.onNs, wire.pulses] = [wire.onNs + now - wire.gateSince, wire.pulses + 1];
     wire.gate = gate;
-    const isOn = (gate || wire.isStuck) && this.machine.isHigh(ENABLE);
+    const isOn = (gate || wire.isStuck) && this.machine.isHigh(this.enable);
     if (isOn === wire.isOn) return;
     this.heat(now);
     wire.level = this.levelOf(wire, now);

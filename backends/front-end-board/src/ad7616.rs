@@ -3,7 +3,7 @@
 //!
 //! Registers as in the data sheet (Rev. 0) and in Analog Devices' own driver (no-OS, `ad7616.h`).
 
-use crate::pins::CHANNELS;
+use crate::CHANNELS;
 
 /// Words of a sweep: A and B of every pair.
 pub const WORDS: usize = 4 * CHANNELS;

@@ -2,9 +2,9 @@
 
 use sinew_front_end::{NOT_SAMPLED, RawSample};
 
+use crate::CHANNELS;
 use crate::ad7616::{WORDS, WireCodes, wires};
 use crate::period::{Plan, READ_NS, SWEEP_NS};
-use crate::pins::CHANNELS;
 use crate::scale::{current_code, voltage_code};
 
 /// A sweep is over so much before it could be only if it is another one: the clocks' resolution.

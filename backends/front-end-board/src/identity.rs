@@ -4,19 +4,18 @@ use sinew_front_end::{ChannelLimits, ChannelRange, FULL_DUTY, Features, Identifi
 
 use sinew_front_end::frame::NAME_BYTES;
 
-use crate::pins::CHANNELS;
+use crate::CHANNELS;
 use crate::scale::{CURRENT_UA, FULL_CODE, SUPPLY_UV, VOLTAGE_UV};
 
-/// The RP2040's own watchdog, fed by the loop that polls, and the longest silence: the former is the shorter.
+/// The microcontroller's own watchdog, fed by the loop that polls, and the longest silence: the former is the shorter.
 pub const WATCHDOG_NS: u32 = 200_000_000;
 /// Longest time without a good frame.
 pub const MAX_SILENCE_NS: u32 = 600_000_000;
 
-/// 500 Hz at the most: USB at full speed transfers once a millisecond. 10 Hz at the least: it has to be within [`MAX_SILENCE_NS`] a few
-/// times.
+/// 500 Hz at the most: USB at full speed transfers once a millisecond, and four wires on a UART of 2 Mbaud take a quarter of the period.
+/// 10 Hz at the least: it has to be within [`MAX_SILENCE_NS`] a few times.
 const MIN_PERIOD_NS: u32 = 2_000_000;
 const MAX_PERIOD_NS: u32 = 100_000_000;
-const NAME: &[u8] = b"sinew-rp2040";
 
 /// What a stage and its shunt (0.5 Ω, 1 W) bear: 1.4 A for ever, 2 A for a while.
 const LIMITS: ChannelLimits =
@@ -24,8 +23,11 @@ const LIMITS: ChannelLimits =
 const RANGE: ChannelRange =
     ChannelRange { voltage_uv: VOLTAGE_UV, current_ua: CURRENT_UA, supply_uv: SUPPLY_UV, limits: LIMITS };
 
-/// The board's identification; `version` is the firmware's.
-pub const fn identification(version: [u8; 3], serial: u64, reset: ResetCause) -> Identification {
+/// A board's identification, by its firmware's name and version.
+///
+/// # Panics
+/// Where the name is longer than 16 bytes.
+pub const fn identification(called: &str, version: [u8; 3], serial: u64, reset: ResetCause) -> Identification {
     let mut channel = [ChannelRange {
         voltage_uv: 0,
         current_ua: 0,
@@ -39,8 +41,8 @@ pub const fn identification(version: [u8; 3], serial: u64, reset: ResetCause) ->
     }
     let mut name = [0; NAME_BYTES];
     let mut index = 0;
-    while index < NAME.len() {
-        name[index] = NAME[index];
+    while index < called.len() {
+        name[index] = called.as_bytes()[index];
         index += 1;
     }
     Identification {
@@ -61,18 +63,17 @@ pub const fn identification(version: [u8; 3], serial: u64, reset: ResetCause) ->
     }
 }
 
-/// Why it started, by the flags of the RP2040's watchdog (time-out, forced) and of its chip reset (power-on, pin RUN, debugger). The
-/// watchdog's come first: a reset by it leaves the others as they were. The chip has one flag for power-on and brown-out, and the pin RUN may
-/// be anybody's.
-pub const fn reset_cause(timed_out: bool, forced: bool, power_on: bool, run: bool, debugger: bool) -> ResetCause {
-    match (timed_out, forced) {
-        (true, _) => ResetCause::Watchdog,
-        (_, true) => ResetCause::Software,
-        _ if debugger => ResetCause::Software,
-        _ if run => ResetCause::Unknown,
-        _ if power_on => ResetCause::PowerOn,
-        _ => ResetCause::Unknown,
+/// The version of a package, by cargo's words for it; what is no number counts as 0.
+pub const fn version(major: &str, minor: &str, patch: &str) -> [u8; 3] {
+    const fn number(text: &str) -> u8 {
+        let (text, mut value, mut index) = (text.as_bytes(), 0u8, 0);
+        while index < text.len() && text[index].is_ascii_digit() {
+            value = value.wrapping_mul(10).wrapping_add(text[index] - b'0');
+            index += 1;
+        }
+        value
     }
+    [number(major), number(minor), number(patch)]
 }
 
 #[cfg(test)]
@@ -81,7 +82,7 @@ mod tests {
 
     #[test]
     fn what_it_bears_is_within_its_converters_and_its_watchdog_is_the_shorter() {
-        let who = identification([1, 2, 3], 42, ResetCause::PowerOn);
+        let who = identification("sinew-rp2040", [1, 2, 3], 42, ResetCause::PowerOn);
         assert_eq!((who.channels, who.version, who.serial), (4, [1, 2, 3], 42));
         assert!(who.name.starts_with(b"sinew-rp2040\0"));
         for range in &who.channel[..CHANNELS] {
@@ -94,11 +95,8 @@ mod tests {
     }
 
     #[test]
-    fn a_watchdog_reset_is_one_although_the_supply_came_before() {
-        assert_eq!(reset_cause(true, false, true, false, false), ResetCause::Watchdog);
-        assert_eq!(reset_cause(false, true, true, false, false), ResetCause::Software);
-        assert_eq!(reset_cause(false, false, true, false, false), ResetCause::PowerOn);
-        assert_eq!(reset_cause(false, false, false, true, false), ResetCause::Unknown);
-        assert_eq!(reset_cause(false, false, false, false, true), ResetCause::Software);
+    fn a_version_is_its_numbers() {
+        assert_eq!(version("0", "12", "255"), [0, 12, 255]);
+        assert_eq!(version("1", "", "3-rc1"), [1, 0, 3]);
     }
 }

@@ -1,11 +1,9 @@
-//! One period: how long each output's pulse is, and when the converter sweeps its inputs.
+//! One period: how long each output is on, and when the converter sweeps its inputs.
 
 use sinew_front_end::FULL_DUTY;
 
-use crate::pins::CHANNELS;
+use crate::CHANNELS;
 
-/// The RP2040's clock, which its PIO counts, MHz.
-pub const CLOCK_MHZ: u32 = 125;
 /// A sweep: eight pairs, 1 µs each (data sheet: 2 × 1 MSPS).
 pub const SWEEP_NS: u32 = 8_000;
 /// How long before the end of an on-phase its sweep begins: it is over by then.
@@ -18,22 +16,14 @@ pub const SPACING_NS: u32 = SWEEP_NS + READ_NS + 2_000;
 /// voltages.
 pub const MIN_ON_NS: u32 = 30_000;
 
-/// Cycles that the pulse's program takes beside its count, and a trigger's between two counts.
-const PULSE_CYCLES: u32 = 2;
-const TRIGGER_CYCLES: u32 = 20;
-
-/// The count that makes an output's pulse of `duty` of a period, `None` for none. The output goes off by itself when it is over.
-pub fn pulse(duty: u16, period_ns: u32) -> Option<u32> {
-    let cycles = cycles(on_ns(duty, period_ns));
-    (cycles > PULSE_CYCLES).then(|| cycles - PULSE_CYCLES)
-}
-
-fn on_ns(duty: u16, period_ns: u32) -> u32 {
+/// How long an output of this duty is on.
+pub(crate) fn on_ns(duty: u16, period_ns: u32) -> u32 {
     (u64::from(period_ns) * u64::from(duty) / u64::from(FULL_DUTY)) as u32
 }
 
-fn cycles(ns: u32) -> u32 {
-    (u64::from(ns) * u64::from(CLOCK_MHZ) / 1000) as u32
+/// How often a clock counts meanwhile, rounded down.
+pub(crate) fn cycles(ns: u32, clock_mhz: u32) -> u32 {
+    (u64::from(ns) * u64::from(clock_mhz) / 1000) as u32
 }
 
 /// One sweep of the converter.
@@ -90,15 +80,6 @@ impl Plan {
     pub fn sweeps(&self) -> &[Sweep] {
         self.sweeps.get(..usize::from(self.count)).unwrap_or_default()
     }
-
-    /// The counts that make the trigger's pulses: the first from the beginning of the period, each other from the one before.
-    pub fn counts(&self) -> impl Iterator<Item = u32> + '_ {
-        let before = core::iter::once(0).chain(self.sweeps().iter().map(|sweep| sweep.at_ns));
-        self.sweeps()
-            .iter()
-            .zip(before)
-            .map(|(sweep, before)| cycles(sweep.at_ns - before).saturating_sub(TRIGGER_CYCLES))
-    }
 }
 
 #[cfg(test)]
@@ -109,19 +90,6 @@ mod tests {
 
     fn duty(us: u32) -> u16 {
         (u64::from(us) * 1000 * u64::from(FULL_DUTY)).div_ceil(u64::from(PERIOD_NS)) as u16
-    }
-
-    #[test]
-    fn a_pulse_is_its_duty_and_never_longer_than_the_period() {
-        assert_eq!(pulse(0, PERIOD_NS), None);
-        assert_eq!(pulse(1, 2_000), None, "shorter than the program");
-        assert_eq!(pulse(FULL_DUTY, PERIOD_NS), Some(250_000 - 2));
-        for duty in (0..=FULL_DUTY).step_by(77) {
-            let ns = pulse(duty, PERIOD_NS).map_or(0, |count| (count + 2) * 8);
-            let wanted = f64::from(PERIOD_NS) * f64::from(duty) / f64::from(FULL_DUTY);
-            assert!((wanted - f64::from(ns)) < 32.0 && f64::from(ns) <= wanted, "{duty}: {ns} ns for {wanted}");
-        }
-        assert_eq!(pulse(FULL_DUTY, u32::MAX), Some((u64::from(u32::MAX) * 125 / 1000) as u32 - 2));
     }
 
     #[test]
@@ -154,15 +122,10 @@ mod tests {
     }
 
     #[test]
-    fn wires_alike_share_a_sweep_and_counts_add_up() {
+    fn wires_alike_share_a_sweep() {
         let plan = Plan::new(&[duty(500), duty(500), 0, duty(1900)], PERIOD_NS);
         let sweeps = plan.sweeps().iter().map(|sweep| (sweep.at_ns / 1000, sweep.wires));
         assert!(sweeps.eq([(240, 0b0100), (490, 0b0011), (1490, 0b1000)]), "{plan:?}");
-        let mut cycles = 0;
-        for (count, sweep) in plan.counts().zip(plan.sweeps()) {
-            cycles += count + TRIGGER_CYCLES;
-            assert!((sweep.at_ns / 8).abs_diff(cycles) <= 3, "{plan:?}");
-        }
         assert_eq!(Plan::new(&[duty(20)], PERIOD_NS).sweeps(), []);
     }
 }

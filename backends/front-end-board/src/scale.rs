@@ -6,7 +6,7 @@ use crate::ad7616::WireCodes;
 pub const FULL_CODE: u16 = 65_534;
 /// The shunt between each wire's fixed end and ground, Ω.
 pub const SHUNT_OHM: f64 = 0.5;
-/// The supply's divider before the RP2040's own converter.
+/// The supply's divider before the microcontroller's own converter.
 pub const SUPPLY_DIVIDER: u32 = 4;
 
 /// Full scales of the protocol's codes: the converter's ±10 V, ±2.5 V over the shunt, and 3.3 V behind the divider.
@@ -30,7 +30,7 @@ pub fn current_code(wire: &WireCodes) -> u16 {
     2 * wire.shunt.max(0) as u16
 }
 
-/// The supply, from 12 bits of the RP2040.
+/// The supply, from 12 bits of the microcontroller's own converter.
 pub fn supply_code(code: u16) -> u16 {
     (u32::from(code.min(4095)) * u32::from(FULL_CODE) / 4095) as u16
 }

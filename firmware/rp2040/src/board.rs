@@ -2,11 +2,11 @@
 
 use embassy_rp::adc::{Adc, Blocking, Channel};
 use embassy_rp::gpio::{Input, Output};
+use sinew_firmware_common::line;
 use sinew_front_end::{Event, Hardware, RawSample, StopPins};
-use sinew_front_end_board::{CHANNELS, MIN_ON_NS, Plan, pulse as pulse_of, supply_code};
+use sinew_front_end_board::{CHANNELS, MIN_ON_NS, Plan, pico, supply_code};
 
 use crate::converter::Converter;
-use crate::line;
 use crate::outputs::Outputs;
 
 /// Peripherals and pins.
@@ -36,7 +36,7 @@ impl Hardware for Board {
         let plan = Plan::new(duty, period_ns);
         let mut pulses = [None; CHANNELS];
         for (pulse, duty) in pulses.iter_mut().zip(duty) {
-            *pulse = pulse_of(*duty, period_ns);
+            *pulse = pico::pulse(*duty, period_ns);
         }
         // What takes time comes first, so that pulses and conversions begin together; and nothing comes between: an output is on when
         // its end is certain.

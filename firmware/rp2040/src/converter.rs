@@ -15,7 +15,7 @@ use embassy_rp::{Peri, bind_interrupts};
 use embassy_time::{Instant, Timer};
 use sinew_front_end::RawSample;
 use sinew_front_end_board::ad7616::{NOTHING, REGISTERS, WORDS, read, value, write};
-use sinew_front_end_board::{Collector, Plan, pins};
+use sinew_front_end_board::{Collector, Plan, pico};
 
 use crate::outputs::forget;
 
@@ -74,7 +74,7 @@ impl Converter {
             ".wrap",
         );
         let follow = pio_asm!(".wrap_target", "wait 1 gpio 11", "wait 0 gpio 11", "irq set 0", ".wrap",);
-        const { assert!(pins::BUSY == 11) };
+        const { assert!(pico::BUSY == 11) };
         let trigger = pio.common.load_program(&trigger.program);
         let follow = pio.common.load_program(&follow.program);
         let convst = pio.common.make_pio_pin(of.control.0);
@@ -89,7 +89,7 @@ impl Converter {
         pio.sm1.set_config(&config);
 
         // 16 bits, clock idle high, sampled at its first (falling) edge: the chip select in hardware then frames every word.
-        for pin in [pins::SDOA, pins::CS, pins::SCLK, pins::SDI] {
+        for pin in [pico::SDOA, pico::CS, pico::SCLK, pico::SDI] {
             pac::PADS_BANK0.gpio(pin.into()).write(|w| {
                 w.set_ie(true);
                 w.set_schmitt(true);
@@ -136,7 +136,7 @@ impl Converter {
     pub fn load(&self, plan: Plan) -> Plan {
         let plan = if self.answers { plan } else { Plan::NONE };
         self.stop();
-        for count in plan.counts() {
+        for count in pico::triggers(&plan) {
             pac::PIO1.txf(0).write_value(count);
         }
         plan

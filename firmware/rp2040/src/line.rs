@@ -1,4 +1,4 @@
-//! The serial line: a USB CDC device, one pipe each way.
+//! The serial line: a USB CDC device.
 
 use embassy_executor::Spawner;
 use embassy_rp::Peri;
@@ -6,10 +6,9 @@ use embassy_rp::bind_interrupts;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::peripherals::USB;
 use embassy_rp::usb::{Driver, InterruptHandler};
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::pipe::Pipe;
 use embassy_usb::class::cdc_acm::{CdcAcmClass, Receiver, Sender, State};
 use embassy_usb::{Builder, Config, UsbDevice};
+use sinew_firmware_common::line::{DOWN, PACKET, UP};
 use static_cell::StaticCell;
 
 bind_interrupts!(struct Irqs {
@@ -17,29 +16,6 @@ bind_interrupts!(struct Irqs {
 });
 
 type Usb = Driver<'static, USB>;
-
-/// Bytes of a packet at full speed.
-pub const PACKET: usize = 64;
-
-/// From the driver, and to it.
-pub static DOWN: Pipe<CriticalSectionRawMutex, 1024> = Pipe::new();
-/// Frames that wait to go up.
-static UP: Pipe<CriticalSectionRawMutex, 2048> = Pipe::new();
-
-/// Sends a frame, or, where there is no room, loses it whole.
-pub fn send(frame: &[u8]) {
-    if UP.free_capacity() < frame.len() {
-        return;
-    }
-    // At the end of its ring a pipe takes a part.
-    let mut rest = frame;
-    while let Ok(count) = UP.try_write(rest) {
-        rest = rest.get(count..).unwrap_or_default();
-        if rest.is_empty() {
-            break;
-        }
-    }
-}
 
 /// Begins to speak.
 pub fn start(usb: Peri<'static, USB>, serial: &'static str, spawner: Spawner) {

@@ -12,24 +12,22 @@ mod outputs;
 use core::panic::PanicInfo;
 
 use embassy_executor::Spawner;
-use embassy_futures::select::{Either3, select3};
 use embassy_rp::adc::{Adc, Channel, Config};
 use embassy_rp::flash::{Blocking, Flash};
 use embassy_rp::gpio::{Input, Level, Output, Pull};
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::pac;
 use embassy_rp::watchdog::Watchdog;
-use embassy_time::{Duration, Instant, Timer};
-use sinew_front_end::{Firmware, ResetCause};
-use sinew_front_end_board::{WATCHDOG_NS, identification, reset_cause};
+use embassy_time::Duration;
+use sinew_front_end::ResetCause;
+use sinew_front_end_board::pico::{NAME, reset_cause};
+use sinew_front_end_board::{WATCHDOG_NS, identification, version};
 use static_cell::StaticCell;
 
 use crate::board::Board;
 use crate::converter::{Converter, Pins};
 use crate::outputs::{Outputs, cut};
 
-/// Longest time between two polls, for the watchdog.
-const NAP: Duration = Duration::from_millis(20);
 const FLASH_BYTES: usize = 2 * 1024 * 1024;
 
 #[embassy_executor::main]
@@ -63,27 +61,11 @@ async fn main(spawner: Spawner) {
     let (adc, supply) = (Adc::new_blocking(p.ADC, Config::default()), Channel::new_pin(p.PIN_26, Pull::None));
     let mut board = Board { outputs, converter, adc, supply, enable, stop, stop_reset, light };
 
-    static FIRMWARE: StaticCell<Firmware> = StaticCell::new();
-    let firmware = FIRMWARE.init(Firmware::new(identification(version(), serial, reset)));
-    let mut packet = [0; line::PACKET];
-    loop {
-        watchdog.feed(patience);
-        let now = Instant::now();
-        let nap = now + NAP;
-        let due = firmware.poll(nanoseconds(now), &mut board).map_or(nap, |due_ns| {
-            // Rounded up: a tick early there is nothing to do yet.
-            nap.min(Instant::from_micros(due_ns.div_ceil(1000)))
-        });
-        let opened = opens(&mut board.stop);
-        match select3(line::DOWN.read(&mut packet), Timer::at(due), opened).await {
-            Either3::First(count) => {
-                let now_ns = nanoseconds(Instant::now());
-                firmware.poll(now_ns, &mut board);
-                firmware.receive(packet.get(..count).unwrap_or_default(), now_ns, &mut board);
-            }
-            Either3::Second(()) | Either3::Third(()) => {}
-        }
-    }
+    let version =
+        version(env!("CARGO_PKG_VERSION_MAJOR"), env!("CARGO_PKG_VERSION_MINOR"), env!("CARGO_PKG_VERSION_PATCH"));
+    let who = identification(NAME, version, serial, reset);
+    let feed = || watchdog.feed(patience);
+    sinew_firmware_common::run(who, &mut board, feed, async |board: &mut Board| opens(&mut board.stop).await).await
 }
 
 /// Until the emergency stop's contact opens. While it is open the firmware looks at it by itself, several times a period.
@@ -93,10 +75,6 @@ async fn opens(stop: &mut Input<'static>) {
     } else {
         stop.wait_for_high().await;
     }
-}
-
-fn nanoseconds(at: Instant) -> u64 {
-    at.as_micros() * 1000
 }
 
 fn why_reset() -> ResetCause {
@@ -117,23 +95,6 @@ fn hexadecimal(number: u64, text: &'static mut [u8; 16]) -> &'static str {
         *digit = if value < 10 { b'0' + value } else { b'a' + value - 10 };
     }
     core::str::from_utf8(text).unwrap_or("")
-}
-
-/// The package's version.
-const fn version() -> [u8; 3] {
-    const fn number(text: &str) -> u8 {
-        let (text, mut value, mut index) = (text.as_bytes(), 0, 0);
-        while index < text.len() {
-            value = value * 10 + (text[index] - b'0');
-            index += 1;
-        }
-        value
-    }
-    [
-        number(env!("CARGO_PKG_VERSION_MAJOR")),
-        number(env!("CARGO_PKG_VERSION_MINOR")),
-        number(env!("CARGO_PKG_VERSION_PATCH")),
-    ]
 }
 
 /// Off by the pins, then the watchdog resets.

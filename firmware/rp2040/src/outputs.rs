@@ -8,7 +8,7 @@ use embassy_rp::peripherals::{PIN_2, PIN_3, PIN_4, PIN_5, PIO0};
 use embassy_rp::pio::program::pio_asm;
 use embassy_rp::pio::{Config, Direction, InterruptHandler, Pio, StateMachine};
 use embassy_rp::{Peri, bind_interrupts};
-use sinew_front_end_board::{CHANNELS, pins};
+use sinew_front_end_board::{CHANNELS, pico};
 
 bind_interrupts!(struct Irqs {
     PIO0_IRQ_0 => InterruptHandler<PIO0>;
@@ -108,7 +108,7 @@ pub fn forget(machine: pac::pio::StateMachine) {
 /// Everything off by the pins themselves, with nothing else of the firmware whole. Only a reset ends it.
 pub fn cut() {
     pac::PIO0.ctrl().write_value(Default::default());
-    for pin in pins::GATES.into_iter().chain([pins::ENABLE]) {
+    for pin in pico::GATES.into_iter().chain([pico::ENABLE]) {
         pac::IO_BANK0.gpio(pin.into()).ctrl().modify(|w| w.set_outover(Outover::LOW));
     }
 }

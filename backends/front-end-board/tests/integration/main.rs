@@ -6,7 +6,7 @@ mod budget;
 mod netlist;
 
 use budget::{CANDIDATES, RATE_HZ, SENSING_DUTY, WANTED_M, current_a, rows, shunt_noise_v, sigma_m, total_v};
-use sinew_front_end_board::{LEAD_NS, MIN_ON_NS, SHUNT_OHM, pins};
+use sinew_front_end_board::{LEAD_NS, MIN_ON_NS, SHUNT_OHM, nucleo, pico};
 
 const PAGE: &str = include_str!("../../../../docs/board.md");
 
@@ -49,10 +49,28 @@ fn the_converter_that_was_chosen_is_the_one_that_can() {
 
 #[test]
 fn no_pin_is_used_twice_and_the_page_has_them_all() {
-    for (index, (pin, name, held)) in pins::TABLE.iter().enumerate() {
-        assert!(pins::TABLE[..index].iter().all(|(other, ..)| other != pin), "GP{pin} twice");
+    for (index, (pin, name, held)) in pico::TABLE.iter().enumerate() {
+        assert!(pico::TABLE[..index].iter().all(|(other, ..)| other != pin), "GP{pin} twice");
         let row = format!("| GP{pin} | {name} | {held} |");
         assert!(PAGE.contains(&row), "docs/board.md lacks the row {row:?}");
     }
-    assert_eq!(PAGE.lines().filter(|line| line.starts_with("| GP")).count(), pins::TABLE.len());
+    assert_eq!(PAGE.lines().filter(|line| line.starts_with("| GP")).count(), pico::TABLE.len());
+}
+
+#[test]
+fn the_second_board_has_the_first_one_s_signals_on_pins_of_its_own() {
+    for (index, (pin, name, held)) in nucleo::TABLE.iter().enumerate() {
+        assert!(nucleo::TABLE[..index].iter().all(|(other, ..)| other != pin), "{pin} twice");
+        let function = pin.function.map_or(String::new(), |function| format!(", AF{function}"));
+        let row = format!("| {pin}{function} | {name} | {held} |");
+        assert!(PAGE.contains(&row), "docs/board.md lacks the row {row:?}");
+    }
+    let of_the_page =
+        PAGE.lines().filter(|line| ["| PA", "| PB", "| PC"].iter().any(|port| line.starts_with(port))).count();
+    assert_eq!(of_the_page, nucleo::TABLE.len());
+    // The circuit is drawn once: its nets by these names. Only the emergency stop, which is a break input, is held otherwise.
+    for (pin, name, held) in pico::TABLE {
+        let same = nucleo::TABLE.iter().find(|(_, other, _)| *other == name).unwrap_or_else(|| panic!("no {name}"));
+        assert!(same.2 == held || pin == pico::STOP, "{name}: {} and {held}", same.2);
+    }
 }

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sinew_front_end_board::pins;
+use sinew_front_end_board::{CHANNELS, pico};
 
 const NETLIST: &str = include_str!("../../../../firmware/rp2040/board/board.net");
 const PAGE: &str = include_str!("../../../../docs/board.md");
@@ -34,7 +34,7 @@ fn parts() -> Vec<Part> {
     let lines = NETLIST.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
     let mut parts = Vec::new();
     for line in lines.filter(|line| !line.starts_with("sheet ")) {
-        let of_each = if line.contains('{') { 0..pins::CHANNELS } else { 0..1 };
+        let of_each = if line.contains('{') { 0..CHANNELS } else { 0..1 };
         for k in of_each {
             let line = [("{k}", k), ("{k+1}", k + 1), ("{k+2}", k + 2), ("{2k}", 2 * k), ("{2k+1}", 2 * k + 1)]
                 .iter()
@@ -101,32 +101,32 @@ fn pins_are_the_firmwares_and_held_as_the_table_says() {
     let used: BTreeSet<u8> =
         pico.pins.keys().filter_map(|pin| pin.strip_prefix("GP")).map(|n| n.parse().expect("a number")).collect();
     // the light is the Pico's own
-    assert_eq!(used, pins::TABLE.iter().map(|(pin, ..)| *pin).filter(|pin| *pin != pins::LED).collect());
-    for (pin, name, held) in pins::TABLE.iter().filter(|(pin, ..)| *pin != pins::LED) {
+    assert_eq!(used, pico::TABLE.iter().map(|(pin, ..)| *pin).filter(|pin| *pin != pico::LED).collect());
+    for (pin, name, held) in pico::TABLE.iter().filter(|(pin, ..)| *pin != pico::LED) {
         let net = &pico.pins[&format!("GP{pin}")];
         let to = |other| lies_between(&parts, "10k", net, other);
-        assert_eq!(to("gnd"), held.starts_with("10 kΩ to ground") || *pin == pins::SUPPLY, "GP{pin}, {name}");
+        assert_eq!(to("gnd"), held.starts_with("10 kΩ to ground") || *pin == pico::SUPPLY, "GP{pin}, {name}");
         assert_eq!(to("3V3"), held.starts_with("10 kΩ to 3.3 V"), "GP{pin}, {name}");
     }
     let converter = named(&parts, "U2");
     let expected = [
-        ("CONVST", pins::CONVST),
-        ("BUSY", pins::BUSY),
-        ("RESET", pins::ADC_RESET),
-        ("SDOA", pins::SDOA),
-        ("CS", pins::CS),
-        ("SCLK", pins::SCLK),
-        ("SDI", pins::SDI),
+        ("CONVST", pico::CONVST),
+        ("BUSY", pico::BUSY),
+        ("RESET", pico::ADC_RESET),
+        ("SDOA", pico::SDOA),
+        ("CS", pico::CS),
+        ("SCLK", pico::SCLK),
+        ("SDI", pico::SDI),
     ];
     for (pin, gp) in expected {
         assert_eq!(converter.pins[pin], pico.pins[&format!("GP{gp}")], "{pin}");
     }
-    for (k, gate) in pins::GATES.iter().enumerate() {
+    for (k, gate) in pico::GATES.iter().enumerate() {
         assert_eq!(named(&parts, &format!("Q6.{k}")).pins["G"], format!("GP{gate}"));
     }
-    assert_eq!(named(&parts, "Q6").pins["G"], format!("GP{}", pins::ENABLE));
-    assert_eq!(named(&parts, "SW1b").pins["1"], format!("GP{}", pins::STOP));
-    assert_eq!(named(&parts, "SW2").pins["1"], format!("GP{}", pins::STOP_RESET));
+    assert_eq!(named(&parts, "Q6").pins["G"], format!("GP{}", pico::ENABLE));
+    assert_eq!(named(&parts, "SW1b").pins["1"], format!("GP{}", pico::STOP));
+    assert_eq!(named(&parts, "SW2").pins["1"], format!("GP{}", pico::STOP_RESET));
 }
 
 /// V2 and V3 of a wire are a pair that is sampled in one instant, and so are V1 and the shunt.
@@ -134,7 +134,7 @@ fn pins_are_the_firmwares_and_held_as_the_table_says() {
 fn inputs_are_those_that_the_page_says() {
     let parts = parts();
     let converter = named(&parts, "U2");
-    for k in 0..pins::CHANNELS {
+    for k in 0..CHANNELS {
         let wire = named(&parts, &format!("W.{k}"));
         for (end, pin) in [
             ("tap2", format!("V{}A", 2 * k)),
@@ -155,14 +155,14 @@ fn what_stands_between_the_supply_and_a_wire_switches_it_off() {
     let moving = |k: usize| named(&parts, &format!("W.{k}")).pins["moving"].as_str();
     let heated = |without: &str| {
         let reached = reached(&parts, "supply", without);
-        (0..pins::CHANNELS).filter(|k| reached.contains(moving(*k))).collect::<Vec<_>>()
+        (0..CHANNELS).filter(|k| reached.contains(moving(*k))).collect::<Vec<_>>()
     };
     assert_eq!(heated(""), [0, 1, 2, 3], "with everything on");
     for (part, says) in [("F5", "its fuse"), ("SW1a", "the emergency stop"), ("Q5", "the master switch")] {
         assert_eq!(heated(part), [] as [usize; 0], "{says}");
     }
-    for k in 0..pins::CHANNELS {
-        let others: Vec<usize> = (0..pins::CHANNELS).filter(|other| *other != k).collect();
+    for k in 0..CHANNELS {
+        let others: Vec<usize> = (0..CHANNELS).filter(|other| *other != k).collect();
         for part in [format!("F{}", k + 1), format!("Q{}", k + 1)] {
             assert_eq!(heated(&part), others, "{part}");
         }
@@ -182,7 +182,7 @@ fn without_a_signal_every_switch_is_off() {
         assert!(lies_between(&parts, "10k", &driver.pins["G"], "gnd"), "{}", driver.reference);
         switches += 1;
     }
-    assert_eq!(switches, pins::CHANNELS + 1);
+    assert_eq!(switches, CHANNELS + 1);
 }
 
 #[test]

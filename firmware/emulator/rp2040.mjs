@@ -1,7 +1,6 @@
 // The RP2040: rp2040js with what it lacks here. Its PIO runs beside the processor at whatever speed Node has; here both count the same
 // cycles, so that a pulse is as long as the firmware made it. Times are ns of the emulated clock.
 
-import { readFileSync } from 'node:fs';
 import { BasePeripheral, GPIOPinState, RP2040, USBCDC } from 'rp2040js';
 
 const CYCLE_NS = 8;
@@ -15,22 +14,7 @@ const AVAILABLE = 1 << 10;
 const XIP = 0x14000;
 const CHIP_RESET = 0x40064;
 const POWER_ON = 1 << 8;
-
-/** The parts of an ELF file that lie in flash: `[{ address, bytes }]`. */
-export function flashOf(path) {
-  const file = readFileSync(path);
-  if (file.readUInt32BE(0) !== 0x7f454c46 || file[4] !== 1) {
-    throw new Error(`${path} is no ELF file of 32 bits: give the one that cargo built, not the UF2`);
-  }
-  const [headers, size, count] = [file.readUInt32LE(28), file.readUInt16LE(42), file.readUInt16LE(44)];
-  const parts = [];
-  for (let index = 0; index < count; index++) {
-    const at = headers + index * size;
-    const [type, offset, , address, length] = [0, 4, 8, 12, 16].map((field) => file.readUInt32LE(at + field));
-    if (type === 1 && length > 0) parts.push({ address, bytes: file.subarray(offset, offset + length) });
-  }
-  return parts;
-}
+const SUPPLY_CHANNEL = 0;
 
 /** A peripheral of which only some registers are read. */
 class Registers extends BasePeripheral {
@@ -47,8 +31,6 @@ class Registers extends BasePeripheral {
 export class Machine {
   /** `reason`: the watchdog's register of reset causes; `id`: the flash's unique number, 8 bytes. */
   constructor(parts, { reason = 0, id = [0xe6, 0x61, 0, 0, 0, 0, 0, 1], startNs = 0, onReset }) {
-
-
     this.chip = new RP2040();
     this.clock = this.chip.clock;
     this.clock.nanosCounter = startNs;
@@ -69,8 +51,8 @@ export class Machine {
     this.chip.core.VTOR = VECTORS;
     this.chip.core.reset();
     this.hangs = false;
-    /** Cycles in which the processor worked. */
-    this.busy = 0;
+    /** For how long the processor worked, ns. */
+    this.busyNs = 0;
     this.usb();
   }
 
@@ -132,6 +114,11 @@ export class Machine {
     this.cdc = cdc;
   }
 
+  /** The code of its own converter for the supply. */
+  set supply(code) {
+    this.chip.adc.channelValues[SUPPLY_CHANNEL] = code;
+  }
+
   pin(number) {
     return this.chip.gpio[number];
   }
@@ -154,13 +141,15 @@ export class Machine {
         if (!this.hangs && core.checkForInterrupts()) core.waiting = false;
       } else {
         cycles = core.executeInstruction();
-        this.busy += cycles;
+        this.busyNs += cycles * CYCLE_NS;
       }
       for (const pio of this.chip.pio) this.pioRun(pio, cycles);
       this.clock.tick(cycles * CYCLE_NS);
       if (core.eventRegistered && core.waiting) [core.eventRegistered, core.waiting] = [false, false];
     }
   }
+
+  end() {}
 
   /** Cycles in which no state machine does anything but count. */
   pioIdle() {
