@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue};
 use serde::Serialize;
+use sinew_rig::nearest;
 
 use crate::failure::{Failure, Outcome};
 use crate::log::{self, Stream};
@@ -145,11 +146,21 @@ pub fn usage(error: &clap::Error) -> ExitCode {
     match plain.trim_end().ends_with("try '--help'.") {
         true => {
             let body = text.trim_end().rsplit_once('\n').map_or("", |(body, _)| body).trim_end();
-            let command = std::env::args().nth(1).filter(|word| !word.starts_with('-'));
-            let known = command
-                .filter(|word| <crate::args::Cli as clap::CommandFactory>::command().find_subcommand(word).is_some());
-            let command = known.map(|word| format!(" {word}")).unwrap_or_default();
-            self::error(format_args!("{body}\nhint: `sinew{command} --help` shows what there is, with examples"));
+            let program = <crate::args::Cli as clap::CommandFactory>::command();
+            let typed = std::env::args().nth(1).filter(|word| !word.starts_with('-'));
+            let known = typed.and_then(|word| program.find_subcommand(word));
+            let command = known.map(|known| format!(" {}", known.get_name())).unwrap_or_default();
+            // clap knows words that begin alike, and no slips of the fingers
+            let meant = match (error.get(ContextKind::InvalidSubcommand), error.get(ContextKind::SuggestedSubcommand)) {
+                (Some(ContextValue::String(word)), None) => {
+                    nearest(word, known.unwrap_or(&program).get_subcommands().map(clap::Command::get_name))
+                }
+                _ => None,
+            };
+            let meant = meant.map(|meant| format!("did you mean `sinew{command} {meant}`? ")).unwrap_or_default();
+            self::error(format_args!(
+                "{body}\nhint: {meant}`sinew{command} --help` shows what there is, with examples"
+            ));
         }
         false => self::error(text.trim_end()),
     }

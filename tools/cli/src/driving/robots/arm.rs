@@ -89,7 +89,6 @@ enum Doing {
 /// What this program knows, and what it asks for.
 pub struct Gaze {
     strokes: [f64; 2],
-    held: [f64; 2],
     doing: Doing,
     pictures: u32,
     sum_mm: [f64; 2],
@@ -104,7 +103,6 @@ impl Default for Gaze {
     fn default() -> Gaze {
         Gaze {
             strokes: [MIDDLE; 2],
-            held: [MIDDLE; 2],
             doing: Doing::Probes(0),
             pictures: 0,
             sum_mm: [0.0; 2],
@@ -151,17 +149,13 @@ impl Gaze {
 
     /// Moves the wires so that what is seen goes to the middle of the picture: the inverse of what was seen when they moved.
     fn follow(&mut self, [x, y]: [f64; 2]) {
-        let v = |n: &str, d: f64| std::env::var(n).ok().and_then(|t| t.parse::<f64>().ok()).unwrap_or(d);
-        let (ki, kp, near, slow) = (v("KI", 0.5), v("KP", 0.0), v("NEAR", 0.0), v("SLOW", 1.0));
         let [[a, c], [b, d]] = self.moves_mm;
         let determinant = a * d - b * c;
         if determinant.abs() < 1.0 {
             return;
         }
-        let share = -1.0 / determinant;
+        let share = -GAIN_PER_S / PICTURES_HZ / determinant;
         let by = [share * (d * x - b * y), share * (a * y - c * x)];
-        let ki = if x.hypot(y) < near { ki * slow } else { ki };
-        self.held = [0, 1].map(|wire| (self.held[wire] + ki / PICTURES_HZ * by[wire]).clamp(STROKES[0], STROKES[1]));
-        self.strokes = [0, 1].map(|wire| (self.held[wire] + kp * by[wire]).clamp(STROKES[0], STROKES[1]));
+        self.strokes = [0, 1].map(|wire| (self.strokes[wire] + by[wire]).clamp(STROKES[0], STROKES[1]));
     }
 }
