@@ -3,6 +3,8 @@
 //! However it is controlled, the beam turns one way no faster than the wire heats at full power, and the other way no faster than it
 //! cools. A ball that passes the middle with more than a certain speed is beyond any given distance before the beam has turned far enough.
 //!
+//! A paddle is the same in two directions, each of them by one wire of the wrist.
+//!
 //! A hexapod walks as fast as its feet go back on the ground, and they do that no faster than the wires of its coxae cool. However it steps, a
 //! foot is down again no sooner than the wire of its femur has been heated and has cooled, and half of the feet are down meanwhile: so long at least
 //! each stroke lasts.
@@ -14,6 +16,7 @@ use sinew_sim_backend::SimulatedRig;
 use crate::ball::{Ball, Beam};
 use crate::demonstrator::{Demonstrator, Error};
 use crate::hexapod::{JOINTS, Leg, MOST_UNEVEN};
+use crate::torso::RIGHT_WRIST;
 
 /// So long it is looked, s.
 const LOOK_S: f64 = 2.0;
@@ -28,34 +31,43 @@ const NEARLY: f64 = 0.95;
 /// Fastest a ball may pass the middle outwards and still turn back within a distance, m/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Catchable {
-    /// Towards the arm that the wire lifts, which is caught by heating it.
+    /// Towards the side that the wire lifts, which is caught by heating it.
     pub by_heating_m_s: f64,
     /// Towards the other, which is caught by letting the wire cool.
     pub by_cooling_m_s: f64,
 }
 
 impl Catchable {
-    /// Within `distance_m`, in still air, by no more than the rig's `maximum_duty`; `None` where the rig has no ball on a beam.
+    /// Within `distance_m`, in still air, by no more than the rig's `maximum_duty`; `None` where the rig has no ball; of a torso by its right wrist alone,
+    /// whichever way that is slower.
     ///
     /// # Errors
     /// [`Error`] where the physics does not accept the wire.
     pub fn of(rig: &Rig, distance_m: f64) -> Result<Option<Catchable>, Error> {
         let declared = &rig.demonstrator;
-        let Some((channel, _)) = rig.demonstrator_channels().flatten().next() else { return Ok(None) };
-        if declared.kind != DemonstratorKind::BallOnBeam {
-            return Ok(None);
-        }
-        let beam = Beam::of(declared);
-        let most_duty = rig.channels[channel].limits.max_duty;
-        let let_go = Held { wire: 0, at_rad: 0.0 };
-        let (Some(heated), Some(cooled)) = (let_go.turned(rig, most_duty)?, let_go.turned(rig, 0.0)?) else {
-            return Ok(None);
+        let wires: &[usize] = match declared.kind {
+            DemonstratorKind::BallOnBeam => &[0],
+            DemonstratorKind::Torso => &RIGHT_WRIST,
+            _ => return Ok(None),
         };
-        // up is against the ball on the lifted arm
-        Ok(Some(Catchable {
-            by_heating_m_s: fastest(&beam, &heated, distance_m),
-            by_cooling_m_s: fastest(&beam, &cooled.iter().map(|angle| -angle).collect::<Vec<_>>(), distance_m),
-        }))
+        let beam = Beam::of(declared);
+        let mut slowest: Option<Catchable> = None;
+        for wire in wires {
+            let Some((channel, _)) = rig.demonstrator_channels().flatten().nth(*wire) else { return Ok(None) };
+            let most_duty = rig.channels[channel].limits.max_duty;
+            let let_go = Held { wire: *wire, at_rad: 0.0 };
+            let (Some(heated), Some(cooled)) = (let_go.turned(rig, most_duty)?, let_go.turned(rig, 0.0)?) else {
+                return Ok(None);
+            };
+            // up is against the ball on the lifted arm
+            let by_heating_m_s = fastest(&beam, &heated, distance_m);
+            let by_cooling_m_s = fastest(&beam, &cooled.iter().map(|angle| -angle).collect::<Vec<_>>(), distance_m);
+            slowest = Some(Catchable {
+                by_heating_m_s: slowest.map_or(by_heating_m_s, |other| other.by_heating_m_s.min(by_heating_m_s)),
+                by_cooling_m_s: slowest.map_or(by_cooling_m_s, |other| other.by_cooling_m_s.min(by_cooling_m_s)),
+            });
+        }
+        Ok(slowest)
     }
 }
 
