@@ -47,10 +47,10 @@ const ROLLS: f64 = 5.0 / 7.0 * 9.80665;
 /// Between two pictures, s.
 const PICTURE_S: f64 = 0.02;
 /// The ball's motion is to swing in so fast, rad/s, with this damping …
-const SWING_RAD_S: f64 = 2.6;
+const SWING_RAD_S: f64 = 4.0;
 const DAMPING: f64 = 0.9;
 /// … from where it will be so much later, s: a picture is old, and a wire takes its time.
-const AHEAD_S: f64 = 0.06;
+const AHEAD_S: f64 = 0.08;
 /// The most the paddle is tilted, rad.
 const MOST_TILT_RAD: f64 = 0.12;
 /// Share of a surprise that is believed of place and speed, and of what the potentiometers of the arm say.
@@ -60,8 +60,8 @@ const BELIEVES_ARM: f64 = 0.1;
 const TRIM_PER_S: f64 = 0.5;
 const MOST_TRIM_RAD: f64 = 0.05;
 /// What the arms do besides: by so much, rad, in so much time, s.
-const LIFTS_RAD: [f64; 2] = [0.05, 0.08];
-const LIFTS_IN_S: f64 = 12.0;
+const LIFTS_RAD: [f64; 2] = [0.03, 0.04];
+const LIFTS_IN_S: f64 = 15.0;
 const WAVES_RAD: [f64; 4] = [0.1, 0.15, 0.0, 0.1];
 const WAVES_IN_S: f64 = 8.0;
 /// The camera says nothing for so long: everything stays where it is.
@@ -123,8 +123,8 @@ pub struct Torso {
     strokes_per_rad: [f64; WIRE_COUNT],
     /// Since the first picture, s.
     time_s: f64,
-    /// How far the right arm turns the paddle before the wrist does, rad.
-    arm_rad: Option<f64>,
+    /// By how much more than was wanted the right arm turns the paddle before the wrist does, rad.
+    strays_rad: f64,
     /// Ahead and to the left.
     ball: Option<[Rolling; 2]>,
     /// The angles that the joints are to have, and what is asked for more than that, rad.
@@ -145,7 +145,7 @@ impl Torso {
         Torso {
             strokes_per_rad: travels_m.map(|travel_m| LEVER_M / travel_m),
             time_s: 0.0,
-            arm_rad: None,
+            strays_rad: 0.0,
             ball: None,
             wanted_rad: [0.0; WIRE_COUNT],
             trim_rad: [0.0; WIRE_COUNT],
@@ -158,9 +158,9 @@ impl Torso {
         let angles_rad = angles.map(f64::to_radians);
         let [shoulder, elbow, pitch, roll, ..] = angles_rad;
         self.trim(&angles_rad);
-        let arm_rad = self.arm_rad.get_or_insert(shoulder + elbow);
-        *arm_rad += BELIEVES_ARM * (shoulder + elbow - *arm_rad);
-        let arm_rad = *arm_rad;
+        // that the arm is elsewhere than it was wanted changes slowly, what is wanted does not
+        let strays_rad = shoulder + elbow - self.wanted_rad[0] - self.wanted_rad[1];
+        self.strays_rad += BELIEVES_ARM * (strays_rad - self.strays_rad);
 
         let tilts_rad = [shoulder + elbow + pitch, roll];
         let tilts_rad = match ahead_mm.is_finite() {
@@ -174,7 +174,8 @@ impl Torso {
         self.time_s += PICTURE_S;
         let lifts = (TAU * self.time_s / LIFTS_IN_S).sin();
         let waves = (TAU * self.time_s / WAVES_IN_S).sin();
-        let right = [LIFTS_RAD[0] * lifts, LIFTS_RAD[1] * lifts, tilts_rad[0] - arm_rad, tilts_rad[1]];
+        let [shoulder, elbow] = LIFTS_RAD.map(|most_rad| most_rad * lifts);
+        let right = [shoulder, elbow, tilts_rad[0] - shoulder - elbow - self.strays_rad, tilts_rad[1]];
         let left = WAVES_RAD.map(|most_rad| most_rad * waves);
         self.wanted_rad = std::array::from_fn(|joint| if joint < 4 { right[joint] } else { left[joint - 4] });
         self.strokes()
