@@ -67,6 +67,7 @@ pub(crate) fn demonstrator(reader: &mut Reader<'_>, rig: &Rig, stated: &Stated<'
         refuse("body_g", What::Contradiction { message });
     }
     if kind == DemonstratorKind::Torso
+        && rig.demonstrator_channels().all(|wire| wire.is_some())
         && let Some((joint, pull_n, most_n)) = heaviest_joint(rig)
         && !(0.0..=most_n).contains(&pull_n)
     {

@@ -845,8 +845,17 @@ fn a_demonstrator_has_a_wire_that_can_move_it() {
         of(&torso.replace("ball_g", "half_beam_mm = 100\nball_g")),
         "rig.toml:83: demonstrator.half_beam_mm makes no sense without a beam; take it out, or set kind = \"ball_on_beam\""
     );
-    assert_eq!(of(&torso.replace("paddle_g = 8.0", "paddle_g = 40.0")), "?");
-    assert_eq!(of(&torso.replace("elbow_degrees = 95.0", "elbow_degrees = 275.0")), "?");
+    assert_eq!(
+        of(&torso.replace("paddle_g = 8.0", "paddle_g = 40.0")),
+        "rig.toml:81: demonstrator.paddle_g is 40, but with spring, arm, paddle and ball \"right_elbow\" pulls with 5.5 N where it is level; expected \
+         more than 0, or it hangs slack, and at most 3.3, or it tires soon: another weight, lever_mm or preload_n"
+    );
+    // a forearm that hangs over behind is drawn up by its weight
+    assert_eq!(
+        of(&torso.replace("elbow_degrees = 95.0", "elbow_degrees = 275.0")),
+        "rig.toml:81: demonstrator.paddle_g is 8, but with spring, arm, paddle and ball \"right_elbow\" pulls with -1.4 N where it is level; expected \
+         more than 0, or it hangs slack, and at most 3.3, or it tires soon: another weight, lever_mm or preload_n"
+    );
     with(
         "[demonstrator]\nkind = \"servo\"\ndegrees_per_ms = 0\n",
         "rig.toml:25: demonstrator.degrees_per_ms is 0: no pulse would turn it; expected more or less",
