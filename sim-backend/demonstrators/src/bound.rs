@@ -209,6 +209,18 @@ mod tests {
     }
 
     #[test]
+    fn a_paddle_catches_no_more_than_the_slower_wire_of_its_wrist() {
+        let of = |text: &str| Catchable::of(&Rig::parse(text, "bound.toml").unwrap(), 0.03).unwrap().unwrap();
+        let alike = of(crate::TORSO);
+        let (before, after) = crate::TORSO.split_once("name = \"right_roll\"").unwrap();
+        let after =
+            after.replacen("flexinol-50-ht", "flexinol-76-ht", 1).replacen("preload_n = 0.3", "preload_n = 0.6", 1);
+        let slower = of(&format!("{before}name = \"right_roll\"{after}"));
+        assert!(alike.by_cooling_m_s > 1.1 * slower.by_cooling_m_s, "{alike:?} {slower:?}");
+        assert!(slower.by_heating_m_s <= alike.by_heating_m_s, "{alike:?} {slower:?}");
+    }
+
+    #[test]
     fn a_hexapod_of_thicker_wire_walks_slower() {
         let of = |text: &str| Walkable::of(&Rig::parse(text, "bound.toml").unwrap()).unwrap().unwrap();
         let thin = of(crate::WALKER);
