@@ -11,7 +11,7 @@ use crate::tables::{Channel, Rig};
 pub const LASTING_PULL_PA: f64 = LASTING_STRESS_PA;
 /// Recommended is not allowed: a wire that pulls half as much again at the end of its stroke lives shorter, and is built. Only
 /// what is beyond that is worth a word.
-const WORTH_A_WORD: f64 = 1.5;
+pub(crate) const WORTH_A_WORD: f64 = 1.5;
 
 /// A number that is allowed, and probably not meant.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -48,12 +48,18 @@ impl Rig {
     }
 }
 
+/// What a wire may pull for a long life by its sheet, or by its diameter, N.
+pub(crate) fn lasting_pull_n(channel: &Channel) -> f64 {
+    channel.wire_kind.map_or(LASTING_PULL_PA * channel.model.geometry.area_m2(), |kind| kind.pull_n)
+}
+
 /// The load pulls more than the wire's sheet recommends, or than wires last under.
 fn pulls_too_much(channel: &Channel, reach: &Reach) -> Option<(&'static str, String)> {
     let Load::SpringMassDamper { spring_n_per_m, .. } = channel.model.load else { return None };
-    let (most_n, by) = match channel.wire_kind {
-        Some(kind) => (kind.pull_n, format!("the sheet of {} recommends", kind.name)),
-        None => (LASTING_PULL_PA * channel.model.geometry.area_m2(), "a wire of this diameter lasts under".into()),
+    let most_n = lasting_pull_n(channel);
+    let by = match channel.wire_kind {
+        Some(kind) => format!("the sheet of {} recommends", kind.name),
+        None => "a wire of this diameter lasts under".into(),
     };
     let pull_n = reach.largest_pull_n();
     let says = || {

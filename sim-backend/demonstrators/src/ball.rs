@@ -13,6 +13,29 @@
 use sinew_physics::formulas::STANDARD_GRAVITY_M_S2 as G;
 use sinew_rig::Demonstrator;
 
+/// What a ball is put on counts as level within this, rad …
+const LEVEL_RAD: f64 = 0.02;
+/// … once it has been so for this long, s: then a hand puts the ball down.
+const LEVEL_S: f64 = 1.0;
+
+/// A hand that has a ball.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Hand {
+    level_s: f64,
+}
+
+impl Hand {
+    /// Whether it puts the ball down in this period, on what leans so far, rad.
+    pub fn puts_down(&mut self, leans_rad: f64, period_s: f64) -> bool {
+        self.level_s = if leans_rad.abs() < LEVEL_RAD { self.level_s + period_s } else { 0.0 };
+        let puts_down = self.level_s >= LEVEL_S;
+        if puts_down {
+            self.level_s = 0.0;
+        }
+        puts_down
+    }
+}
+
 /// What the ball rolls on and how.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beam {

@@ -3,6 +3,8 @@
 //! However it is controlled, the beam turns one way no faster than the wire heats at full power, and the other way no faster than it
 //! cools. A ball that passes the middle with more than a certain speed is beyond any given distance before the beam has turned far enough.
 //!
+//! A paddle is the same in two directions, each of them by one wire of the wrist.
+//!
 //! A hexapod walks as fast as its feet go back on the ground, and they do that no faster than the wires of its coxae cool. However it steps, a
 //! foot is down again no sooner than the wire of its femur has been heated and has cooled, and half of the feet are down meanwhile: so long at least
 //! each stroke lasts.
@@ -14,6 +16,7 @@ use sinew_sim_backend::SimulatedRig;
 use crate::ball::{Ball, Beam};
 use crate::demonstrator::{Demonstrator, Error};
 use crate::hexapod::{JOINTS, Leg, MOST_UNEVEN};
+use crate::torso::RIGHT_WRIST;
 
 /// So long it is looked, s.
 const LOOK_S: f64 = 2.0;
@@ -28,34 +31,43 @@ const NEARLY: f64 = 0.95;
 /// Fastest a ball may pass the middle outwards and still turn back within a distance, m/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Catchable {
-    /// Towards the arm that the wire lifts, which is caught by heating it.
+    /// Towards the side that the wire lifts, which is caught by heating it.
     pub by_heating_m_s: f64,
     /// Towards the other, which is caught by letting the wire cool.
     pub by_cooling_m_s: f64,
 }
 
 impl Catchable {
-    /// Within `distance_m`, in still air, by no more than the rig's `maximum_duty`; `None` where the rig has no ball on a beam.
+    /// Within `distance_m`, in still air, by no more than the rig's `maximum_duty`; `None` where the rig has no ball; of a torso by its right wrist alone,
+    /// whichever way that is slower.
     ///
     /// # Errors
     /// [`Error`] where the physics does not accept the wire.
     pub fn of(rig: &Rig, distance_m: f64) -> Result<Option<Catchable>, Error> {
         let declared = &rig.demonstrator;
-        let Some((channel, _)) = rig.demonstrator_channels().flatten().next() else { return Ok(None) };
-        if declared.kind != DemonstratorKind::BallOnBeam {
-            return Ok(None);
-        }
-        let beam = Beam::of(declared);
-        let most_duty = rig.channels[channel].limits.max_duty;
-        let let_go = Held { wire: 0, at_rad: 0.0 };
-        let (Some(heated), Some(cooled)) = (let_go.turned(rig, most_duty)?, let_go.turned(rig, 0.0)?) else {
-            return Ok(None);
+        let wires: &[usize] = match declared.kind {
+            DemonstratorKind::BallOnBeam => &[0],
+            DemonstratorKind::Torso => &RIGHT_WRIST,
+            _ => return Ok(None),
         };
-        // up is against the ball on the lifted arm
-        Ok(Some(Catchable {
-            by_heating_m_s: fastest(&beam, &heated, distance_m),
-            by_cooling_m_s: fastest(&beam, &cooled.iter().map(|angle| -angle).collect::<Vec<_>>(), distance_m),
-        }))
+        let beam = Beam::of(declared);
+        let mut slowest: Option<Catchable> = None;
+        for wire in wires {
+            let Some((channel, _)) = rig.demonstrator_channels().flatten().nth(*wire) else { return Ok(None) };
+            let most_duty = rig.channels[channel].limits.max_duty;
+            let let_go = Held { wire: *wire, at_rad: 0.0 };
+            let (Some(heated), Some(cooled)) = (let_go.turned(rig, most_duty)?, let_go.turned(rig, 0.0)?) else {
+                return Ok(None);
+            };
+            // up is against the ball on the lifted arm
+            let by_heating_m_s = fastest(&beam, &heated, distance_m);
+            let by_cooling_m_s = fastest(&beam, &cooled.iter().map(|angle| -angle).collect::<Vec<_>>(), distance_m);
+            slowest = Some(Catchable {
+                by_heating_m_s: slowest.map_or(by_heating_m_s, |other| other.by_heating_m_s.min(by_heating_m_s)),
+                by_cooling_m_s: slowest.map_or(by_cooling_m_s, |other| other.by_cooling_m_s.min(by_cooling_m_s)),
+            });
+        }
+        Ok(slowest)
     }
 }
 
@@ -194,6 +206,18 @@ mod tests {
         let thick = of(&crate::BALL_ON_BEAM.replace("flexinol-50-ht", "flexinol-100-ht").replace("0.3 }", "1.0 }"));
         assert!(thin.by_cooling_m_s > 1.3 * thick.by_cooling_m_s, "{thin:?} {thick:?}");
         assert!(thin.by_heating_m_s > 0.02 && thin.by_cooling_m_s > 0.02, "{thin:?}");
+    }
+
+    #[test]
+    fn a_paddle_catches_no_more_than_the_slower_wire_of_its_wrist() {
+        let of = |text: &str| Catchable::of(&Rig::parse(text, "bound.toml").unwrap(), 0.03).unwrap().unwrap();
+        let alike = of(crate::TORSO);
+        let (before, after) = crate::TORSO.split_once("name = \"right_roll\"").unwrap();
+        let after =
+            after.replacen("flexinol-50-ht", "flexinol-76-ht", 1).replacen("preload_n = 0.3", "preload_n = 0.6", 1);
+        let slower = of(&format!("{before}name = \"right_roll\"{after}"));
+        assert!(alike.by_cooling_m_s > 1.1 * slower.by_cooling_m_s, "{alike:?} {slower:?}");
+        assert!(slower.by_heating_m_s <= alike.by_heating_m_s, "{alike:?} {slower:?}");
     }
 
     #[test]

@@ -7,18 +7,15 @@ use sinew_rig::{Channel, DemonstratorKind, Rig};
 use sinew_sim_backend::{SimulatedRig, World};
 
 use crate::arm::Links;
-use crate::ball::{Ball, Beam};
+use crate::ball::{Ball, Beam, Hand};
 use crate::chance::{Draughts, Noise};
 use crate::hexapod::{Hexapod, JOINTS, LEGS};
 use crate::picture::Drawn;
 use crate::pose::Pose;
-use crate::sensor::Sensor;
+use crate::sensor::{SAID, Sensor};
+use crate::torso::{TORSO_JOINTS, Torso};
 use crate::watch::{Tally, Watch};
 
-/// The beam counts as level within this, rad …
-const LEVEL_RAD: f64 = 0.02;
-/// … once it has been so for this long, s: then a hand puts the ball down.
-const LEVEL_S: f64 = 1.0;
 /// So long a ball has to get to the middle before its way is counted, s.
 const BALL_SETTLES_S: f64 = 10.0;
 /// So long a servo has to get to its angle before its error is counted, s …
@@ -52,7 +49,7 @@ impl std::error::Error for Error {}
 /// A machine that wires of a simulated rig move.
 #[derive(Debug)]
 pub struct Demonstrator {
-    /// One, of an arm two, of a hexapod [`MOST_WIRES`].
+    /// One, of an arm two, of a torso eight, of a hexapod [`MOST_WIRES`].
     wires: Vec<Turning>,
     period_s: f64,
     body: Body,
@@ -98,7 +95,7 @@ enum Body {
         beam: Beam,
         start_m: f64,
         ball: Option<Ball>,
-        level_s: f64,
+        hand: Hand,
     },
     Servo {
         asked_rad: f64,
@@ -117,6 +114,10 @@ enum Body {
         whim: Noise,
     },
     Hexapod(Box<Hexapod>),
+    Torso {
+        torso: Box<Torso>,
+        hand: Hand,
+    },
 }
 
 /// Keeps the tally.
@@ -160,8 +161,13 @@ impl Demonstrator {
         let (body, noise, pose) = match declared.kind {
             DemonstratorKind::None => return Ok(None),
             DemonstratorKind::BallOnBeam => {
-                let body = Body::Beam { beam: Beam::of(declared), start_m: declared.start_m, ball: None, level_s: 0.0 };
-                (body, declared.camera_noise_m, Pose::Beam { angle_rad: 0.0, ball_m: f64::NAN })
+                let body = Body::Beam {
+                    beam: Beam::of(declared),
+                    start_m: declared.start_m,
+                    ball: None,
+                    hand: Hand::default(),
+                };
+                (body, vec![declared.camera_noise_m; 2], Pose::Beam { angle_rad: 0.0, ball_m: f64::NAN })
             }
             DemonstratorKind::Servo => {
                 let body = Body::Servo {
@@ -172,7 +178,7 @@ impl Demonstrator {
                     rad_per_s: declared.rad_per_s,
                     pilot: Noise::new(seed, 3),
                 };
-                (body, declared.jitter_s, Pose::Servo { angle_rad: 0.0, asked_rad: 0.0 })
+                (body, vec![declared.jitter_s; 2], Pose::Servo { angle_rad: 0.0, asked_rad: 0.0 })
             }
             DemonstratorKind::Arm => {
                 let [shoulder, elbow] = wires[..] else { return Ok(None) };
@@ -186,12 +192,18 @@ impl Demonstrator {
                     most_rad: [asked_rad(&shoulder), asked_rad(&elbow)],
                     whim: Noise::new(seed, 3),
                 };
-                (body, declared.camera_noise_m, Pose::Arm { angles_rad: [0.0; 2], target_m })
+                (body, vec![declared.camera_noise_m; 2], Pose::Arm { angles_rad: [0.0; 2], target_m })
             }
             DemonstratorKind::Hexapod => {
                 let body = Hexapod::new(declared, seed, 1.0 / rig.rate_hz);
                 let pose = Pose::Hexapod(body.stance(&[[0.0; JOINTS]; LEGS]));
-                (Body::Hexapod(Box::new(body)), declared.compass_noise_rad, pose)
+                (Body::Hexapod(Box::new(body)), vec![declared.compass_noise_rad; 2], pose)
+            }
+            DemonstratorKind::Torso => {
+                let body = Body::Torso { torso: Box::new(Torso::new(declared, seed)), hand: Hand::default() };
+                let mut noise = vec![declared.potentiometer_noise_rad; TORSO_JOINTS];
+                noise.resize(SAID, declared.camera_noise_m);
+                (body, noise, Pose::Torso { angles_rad: [0.0; TORSO_JOINTS], ball_m: [f64::NAN; 2] })
             }
         };
         Ok(Some(Demonstrator {
@@ -240,7 +252,7 @@ impl Demonstrator {
         }
         let Passed { sees, pose, torques_n_m } = self.body.pass(&joints, time_s, self.period_s, &mut self.score);
         // a camera that sees nothing says nothing
-        let said = self.sensor.look(time_s, sees.unwrap_or([f64::NAN; 2]));
+        let said = self.sensor.look(time_s, sees.unwrap_or([f64::NAN; SAID]));
         if let Some(said) = said.filter(|said| said[0].is_finite()) {
             self.watch.say(said);
         }
@@ -255,10 +267,17 @@ impl Demonstrator {
 /// What has come of a period.
 struct Passed {
     /// What its sensor has before it, if anything.
-    sees: Option<[f64; 2]>,
+    sees: Option<[f64; SAID]>,
     pose: Pose,
     /// What turns each joint back.
     torques_n_m: [f64; MOST_WIRES],
+}
+
+/// What is said where there are two numbers of it.
+fn two([first, second]: [f64; 2]) -> [f64; SAID] {
+    let mut all = [0.0; SAID];
+    (all[0], all[1]) = (first, second);
+    all
 }
 
 /// What turns the one joint there is.
@@ -273,23 +292,20 @@ impl Body {
     fn pass(&mut self, joints: &[(f64, f64); MOST_WIRES], time_s: f64, period_s: f64, score: &mut Score) -> Passed {
         let [(angle_rad, rate_rad_s), (elbow_rad, _), ..] = *joints;
         match self {
-            Body::Beam { beam, start_m, ball, level_s } => {
+            Body::Beam { beam, start_m, ball, hand } => {
                 if let Some(rolling) = ball {
                     rolling.roll(beam, angle_rad, rate_rad_s, period_s);
                     score.count(time_s, period_s, rolling.at_m);
                     if rolling.has_fallen(beam) {
                         score.tally.falls += 1;
-                        (*ball, *level_s) = (None, 0.0);
+                        *ball = None;
                     }
-                } else {
-                    *level_s = if angle_rad.abs() < LEVEL_RAD { *level_s + period_s } else { 0.0 };
-                    if *level_s >= LEVEL_S {
-                        *ball = Some(Ball::put_down(*start_m));
-                        score.begin(time_s, BALL_SETTLES_S);
-                    }
+                } else if hand.puts_down(angle_rad, period_s) {
+                    *ball = Some(Ball::put_down(*start_m));
+                    score.begin(time_s, BALL_SETTLES_S);
                 }
                 Passed {
-                    sees: ball.map(|ball| [ball.at_m, 0.0]),
+                    sees: ball.map(|ball| two([ball.at_m, 0.0])),
                     pose: Pose::Beam { angle_rad, ball_m: ball.map_or(f64::NAN, |ball| ball.at_m) },
                     torques_n_m: only(ball.map_or(0.0, |ball| ball.torque_n_m(beam, angle_rad, rate_rad_s))),
                 }
@@ -302,7 +318,7 @@ impl Body {
                 }
                 score.count(time_s, period_s, angle_rad - *asked_rad);
                 Passed {
-                    sees: Some([*centre_s + *asked_rad / *rad_per_s, 0.0]),
+                    sees: Some(two([*centre_s + *asked_rad / *rad_per_s, 0.0])),
                     pose: Pose::Servo { angle_rad, asked_rad: *asked_rad },
                     torques_n_m: only(0.0),
                 }
@@ -319,7 +335,7 @@ impl Body {
                 let tip = links.tip(angles_rad);
                 score.count(time_s, period_s, tip.distance_m(*target_m));
                 Passed {
-                    sees: Some(tip.sees(*target_m)),
+                    sees: Some(two(tip.sees(*target_m))),
                     pose: Pose::Arm { angles_rad, target_m: *target_m },
                     torques_n_m: only(0.0),
                 }
@@ -336,10 +352,31 @@ impl Body {
                     body.set_up();
                 }
                 Passed {
-                    sees: Some([stance.turned_rad[0], leans_rad]),
+                    sees: Some(two([stance.turned_rad[0], leans_rad])),
                     pose: Pose::Hexapod(stance),
                     torques_n_m: std::array::from_fn(|wire| -torques[wire / JOINTS][wire % JOINTS]),
                 }
+            }
+            Body::Torso { torso, hand } => {
+                let joints = std::array::from_fn(|joint| joints[joint]);
+                let torques = torso.pass(&joints, period_s);
+                if let Some(off_m) = torso.off_m() {
+                    score.count(time_s, period_s, off_m);
+                    if torso.has_dropped() {
+                        score.tally.falls += 1;
+                        torso.take_ball();
+                    }
+                } else if hand.puts_down(torso.leans_rad(&joints), period_s) {
+                    torso.put_ball();
+                    score.begin(time_s, BALL_SETTLES_S);
+                }
+                let (angles_rad, ball_m) = (joints.map(|(angle, _)| angle), torso.ball_m());
+                let said = angles_rad.into_iter().chain(ball_m);
+                let mut sees = [0.0; SAID];
+                sees.iter_mut().zip(said).for_each(|(number, said)| *number = said);
+                let mut torques_n_m = [0.0; MOST_WIRES];
+                torques_n_m.iter_mut().zip(torques).for_each(|(back, torque)| *back = -torque);
+                Passed { sees: Some(sees), pose: Pose::Torso { angles_rad, ball_m }, torques_n_m }
             }
         }
     }

@@ -9,17 +9,15 @@
 
 mod ground;
 mod leg;
-mod space;
 
 use sinew_physics::formulas::STANDARD_GRAVITY_M_S2 as G;
 use sinew_rig::Demonstrator;
 
 use crate::chance::Noise;
+use crate::space::{Turn, Vector, cross, difference, sum, times};
 
 use ground::{Foot, Ground};
 pub(crate) use leg::{JOINTS, LEGS, Leg, Parts};
-pub(crate) use space::{Turn, Vector, sum};
-use space::{cross, difference, times};
 
 /// A step of the body is no longer than this share of the time in which its feet stop it, and a period of the rig has no more steps than so many: feet
 /// for which that is not enough are softer than declared.
@@ -221,8 +219,8 @@ fn followed(declared_n_per_m: f64, mass_kg: f64, inertia: Vector, legs: &[Leg; L
 
 #[cfg(test)]
 mod tests {
-    use super::space::dot;
     use super::*;
+    use crate::space::dot;
 
     pub fn declared() -> Demonstrator {
         let rig = sinew_rig::Rig::parse(crate::WALKER, "walker.toml").unwrap();

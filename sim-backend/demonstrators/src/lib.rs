@@ -3,8 +3,8 @@
 //!
 //! [`Demonstrator`] stands around a simulated rig: after each period it lets its bodies move as far as the wire has turned
 //! them, puts their weight on the wire for the next, and lets its draughts blow. [`DemonstratorBackend`] is both as the driver's
-//! backend. A robot program sees none of it: it has the ordinary client, and the lines of one sensor ([`Watch::reading`]), a camera, a
-//! receiver or a compass, late and noisy. Whoever draws or judges has the truth ([`Watch::pose`], [`Watch::tally`]), from any thread.
+//! backend. A robot program sees none of it: it has the ordinary client, and the lines of its sensors ([`Watch::reading`]), a camera, a
+//! receiver, a compass or potentiometers, late and noisy. Whoever draws or judges has the truth ([`Watch::pose`], [`Watch::tally`]), from any thread.
 //!
 //! ```
 //! use sinew_demonstrators::{Demonstrator, Pose};
@@ -35,6 +35,8 @@ mod hexapod;
 mod picture;
 mod pose;
 mod sensor;
+mod space;
+mod torso;
 mod watch;
 
 pub use backend::DemonstratorBackend;
@@ -43,7 +45,7 @@ pub use demonstrator::{Demonstrator, Error};
 pub use hexapod::Stance;
 pub use picture::{Ink, Picture, Shape};
 pub use pose::Pose;
-pub use watch::{Reading, Tally, Watch};
+pub use watch::{Reading, SAID, Tally, Watch};
 
 /// The rig file of the arm.
 pub const ARM: &str = include_str!("arm.toml");
@@ -53,5 +55,7 @@ pub const BALL_ON_BEAM: &str = include_str!("ball-on-beam.toml");
 pub const BOWDEN_SERVO: &str = include_str!("bowden-servo.toml");
 /// The rig file of the micro-servo.
 pub const SERVO: &str = include_str!("servo.toml");
+/// The rig file of the torso with two arms.
+pub const TORSO: &str = include_str!("torso.toml");
 /// The rig file of the hexapod that walks.
 pub const WALKER: &str = include_str!("walker.toml");

@@ -2,6 +2,7 @@
 
 mod hexapod;
 mod shapes;
+mod torso;
 
 use sinew_rig::Demonstrator;
 
@@ -17,6 +18,7 @@ pub(crate) struct Drawn {
     half_beam_m: f64,
     links: Links,
     walking: hexapod::Drawn,
+    torso: torso::Drawn,
 }
 
 /// Radius of a ball in a picture, share of half the beam.
@@ -25,7 +27,8 @@ const BALL: f64 = 0.05;
 impl Drawn {
     pub fn of(declared: &Demonstrator) -> Drawn {
         let Demonstrator { lever_m, half_beam_m, .. } = *declared;
-        Drawn { lever_m, half_beam_m, links: Links::of(declared), walking: hexapod::Drawn::of(declared) }
+        let (walking, torso) = (hexapod::Drawn::of(declared), torso::Drawn::of(declared));
+        Drawn { lever_m, half_beam_m, links: Links::of(declared), walking, torso }
     }
 
     /// The picture of a pose, in this draught.
@@ -35,6 +38,7 @@ impl Drawn {
             Pose::Servo { angle_rad, asked_rad } => self.servo(angle_rad, asked_rad),
             Pose::Arm { angles_rad, target_m } => self.arm(angles_rad, target_m),
             Pose::Hexapod(ref stance) => self.walking.draw(stance),
+            Pose::Torso { ref angles_rad, ball_m } => self.torso.draw(angles_rad, ball_m),
         };
         if draught > 0.0 {
             picture.says += &format!(", draught {:+.0} %", draught * 100.0);

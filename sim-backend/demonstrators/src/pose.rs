@@ -1,6 +1,7 @@
 //! How a machine stands.
 
 use crate::hexapod::Stance;
+use crate::torso::TORSO_JOINTS;
 
 /// How many numbers say it.
 pub(crate) const NUMBERS: usize = 25;
@@ -31,6 +32,13 @@ pub enum Pose {
     },
     /// A hexapod.
     Hexapod(Stance),
+    /// A torso with a ball on its paddle.
+    Torso {
+        /// Angles of shoulder, elbow, pitch and roll, rad: of the right arm, then of the left one.
+        angles_rad: [f64; TORSO_JOINTS],
+        /// Where the ball is, from the middle of the paddle, ahead and to the left, m; NaN while a hand has it.
+        ball_m: [f64; 2],
+    },
 }
 
 impl Pose {
@@ -41,6 +49,11 @@ impl Pose {
             Pose::Beam { angle_rad, ball_m } => [angle_rad, ball_m, 0.0, 0.0],
             Pose::Servo { angle_rad, asked_rad } => [angle_rad, asked_rad, 0.0, 0.0],
             Pose::Arm { angles_rad: [a, b], target_m: [x, y] } => [a, b, x, y],
+            Pose::Torso { angles_rad, ball_m } => {
+                let all = ball_m.into_iter().chain(angles_rad);
+                numbers.iter_mut().zip(all).for_each(|(number, said)| *number = said);
+                return numbers;
+            }
             Pose::Hexapod(Stance { at_m, turned_rad, angles_rad, stands }) => {
                 let which = stands.iter().rev().fold(0_u8, |bits, stands| bits << 1 | u8::from(*stands));
                 let angles = angles_rad.as_flattened().iter().copied();
@@ -60,6 +73,9 @@ impl Pose {
             Pose::Beam { .. } => Pose::Beam { angle_rad: a, ball_m: b },
             Pose::Servo { .. } => Pose::Servo { angle_rad: a, asked_rad: b },
             Pose::Arm { .. } => Pose::Arm { angles_rad: [a, b], target_m: [x, y] },
+            Pose::Torso { .. } => {
+                Pose::Torso { angles_rad: std::array::from_fn(|joint| numbers[2 + joint]), ball_m: [a, b] }
+            }
             Pose::Hexapod(_) => Pose::Hexapod(Stance {
                 at_m: [a, b, x],
                 turned_rad: [y, pitch, roll],
@@ -87,6 +103,7 @@ mod tests {
             Pose::Servo { angle_rad: 1.0, asked_rad: 2.0 },
             Pose::Arm { angles_rad: [1.0, 2.0], target_m: [3.0, 4.0] },
             Pose::Hexapod(stance),
+            Pose::Torso { angles_rad: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], ball_m: [9.0, 10.0] },
         ];
         for pose in poses {
             assert_eq!(pose.with_numbers([0.0; NUMBERS]).with_numbers(pose.to_numbers()), pose);

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::picture::{Drawn, Picture};
 use crate::pose::{NUMBERS, Pose};
+pub use crate::sensor::SAID;
 
 /// What the sensor has said last.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,8 +13,9 @@ pub struct Reading {
     /// How often it has said something.
     pub count: u32,
     /// Of a camera over a beam: where the ball is, m; at an arm: where the target is seen to the side and ahead, m. Of a receiver: the
-    /// pulse's width, s. Of a compass with a level: heading, to the left, and how far it leans, rad. What there is only one of stands first.
-    pub values: [f32; 2],
+    /// pulse's width, s. Of a compass with a level: heading, to the left, and how far it leans, rad. Of a torso: the angles of its joints, rad, and where
+    /// the ball is on its paddle, m, NaN where the camera sees none. What there is only one of stands first.
+    pub values: [f32; SAID],
 }
 
 /// How the machine has done so far, by the truth.
@@ -21,7 +23,7 @@ pub struct Reading {
 pub struct Tally {
     /// Simulated time since the ball was first put down, or since the servo or the arm was first asked, s.
     pub seconds: f64,
-    /// How often the ball has fallen off the beam, or the hexapod.
+    /// How often the ball has fallen off the beam or the paddle, or the hexapod.
     pub falls: u64,
     /// Largest distance of the ball from the middle, of the arm's tip from its target or of a hexapod from its line, m, or of a servo from its
     /// angle, rad: but for the time it has to get there.
@@ -35,8 +37,8 @@ pub struct Tally {
 #[derive(Debug, Default)]
 struct Cells {
     pose: [AtomicU64; NUMBERS],
-    /// A count and an f32 in each, so that neither is seen without the other; two of the same count belong together.
-    reading: [AtomicU64; 2],
+    /// A count and an f32 in each, so that neither is seen without the other; those of the same count belong together.
+    reading: [AtomicU64; SAID],
     tally: [AtomicU64; 5],
     draught: AtomicU64,
 }
@@ -70,10 +72,11 @@ impl Watch {
     /// What its sensor has said last.
     pub fn reading(&self) -> Reading {
         loop {
-            let [first, second] = self.cells.reading.each_ref().map(|cell| cell.load(Ordering::Acquire));
-            // between the two it has said something else
-            if first >> 32 == second >> 32 {
-                let values = [first, second].map(|word| f32::from_bits(word as u32));
+            let words = self.cells.reading.each_ref().map(|cell| cell.load(Ordering::Acquire));
+            let [first, others @ ..] = words;
+            // between them it has said something else
+            if others.iter().all(|word| word >> 32 == first >> 32) {
+                let values = words.map(|word| f32::from_bits(word as u32));
                 return Reading { count: (first >> 32) as u32, values };
             }
             std::hint::spin_loop();
@@ -98,7 +101,7 @@ impl Watch {
         set(&self.cells.draught, draught);
     }
 
-    pub(crate) fn say(&self, values: [f64; 2]) {
+    pub(crate) fn say(&self, values: [f64; SAID]) {
         let count = (self.cells.reading[0].load(Ordering::Relaxed) >> 32) as u32;
         for (cell, value) in self.cells.reading.iter().zip(values) {
             let word = u64::from(count.wrapping_add(1)) << 32 | u64::from((value as f32).to_bits());

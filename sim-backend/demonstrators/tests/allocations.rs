@@ -2,7 +2,7 @@
 
 use sinew_backend::allocations::{CountingAllocator, calls_of_this_thread};
 use sinew_backend::{Backend, Sample};
-use sinew_demonstrators::{ARM, BALL_ON_BEAM, Demonstrator, DemonstratorBackend, SERVO, WALKER};
+use sinew_demonstrators::{ARM, BALL_ON_BEAM, Demonstrator, DemonstratorBackend, SERVO, TORSO, WALKER};
 use sinew_rig::Rig;
 use sinew_sim_backend::SimulatedRig;
 
@@ -11,7 +11,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 #[test]
 fn no_period_allocates() {
-    for text in [BALL_ON_BEAM, SERVO, ARM, WALKER] {
+    for text in [BALL_ON_BEAM, SERVO, ARM, WALKER, TORSO] {
         let rig = Rig::parse(text, "demonstrator.toml").unwrap();
         let wires = SimulatedRig::new(&rig).unwrap();
         let mut backend = DemonstratorBackend::new(wires, Demonstrator::of(&rig).unwrap().unwrap());

@@ -3,6 +3,7 @@
 use sinew_physics::Load;
 use sinew_physics::formulas::STANDARD_GRAVITY_M_S2;
 
+use crate::doubts::{WORTH_A_WORD, lasting_pull_n};
 use crate::error::What;
 use crate::notes::{Reader, Stated};
 use crate::tables::{BackendKind, Channel, Demonstrator, DemonstratorKind, Rig};
@@ -10,7 +11,7 @@ use crate::value::channel_choices;
 
 impl Rig {
     /// The channels whose wires move the demonstrator, where there are these: the named one, else the first; of an arm, that of the elbow
-    /// besides; of a hexapod, those that follow.
+    /// besides; of a hexapod or a torso, those that follow.
     pub fn demonstrator_channels(&self) -> impl Iterator<Item = Option<(usize, &Channel)>> {
         let Demonstrator { kind, channel, elbow_channel, .. } = &self.demonstrator;
         let of = |name: &Option<String>, place| match name {
@@ -65,6 +66,18 @@ pub(crate) fn demonstrator(reader: &mut Reader<'_>, rig: &Rig, stated: &Stated<'
         );
         refuse("body_g", What::Contradiction { message });
     }
+    if kind == DemonstratorKind::Torso
+        && rig.demonstrator_channels().all(|wire| wire.is_some())
+        && let Some((joint, pull_n, most_n)) = heaviest_joint(rig)
+        && !(0.0..=most_n).contains(&pull_n)
+    {
+        let message = format!(
+            "is {}, but with spring, arm, paddle and ball \"{joint}\" pulls with {pull_n:.1} N where it is level; expected more than 0, or it hangs \
+             slack, and at most {most_n:.1}, or it tires soon: another weight, lever_mm or preload_n",
+            rig.demonstrator.paddle_kg * 1e3
+        );
+        refuse("paddle_g", What::Contradiction { message });
+    }
     let mut found = rig.demonstrator_channels().flatten();
     if let (DemonstratorKind::Arm, Some((shoulder, _)), Some((elbow, channel))) = (kind, found.next(), found.next())
         && shoulder == elbow
@@ -79,11 +92,7 @@ fn heaviest(rig: &Rig) -> Option<(&str, f64)> {
     let declared = &rig.demonstrator;
     let beside_m = declared.femur_m * declared.femur_rad.cos() + declared.tibia_m * declared.tibia_rad.sin();
     let carries = |(_, channel): (usize, &'_ Channel)| {
-        let Load::SpringMassDamper { spring_n_per_m, preload_n, .. } = channel.model.load else { return None };
-        let cold_m = sinew_physics::cold_length_m(&channel.model).ok()?;
-        let hot_m = sinew_physics::hot_length_m(&channel.model).ok()?;
-        let level_m = cold_m - declared.level_stroke * (cold_m - hot_m) - channel.model.geometry.length_m;
-        let torque_n_m = (preload_n - spring_n_per_m * level_m) * declared.lever_m;
+        let torque_n_m = level_pull_n(declared, channel)? * declared.lever_m;
         Some(2.0 * torque_n_m / (STANDARD_GRAVITY_M_S2 * beside_m))
     };
     let femora = rig.demonstrator_channels().flatten().skip(1).step_by(3);
@@ -92,12 +101,49 @@ fn heaviest(rig: &Rig) -> Option<(&str, f64)> {
         .min_by(|(_, one), (_, other)| one.total_cmp(other))
 }
 
+/// The shoulder or elbow of a torso that its spring and the weight of its arm pull furthest beyond what it should, by name; that pull with the joint
+/// level, and the most it should be, N.
+fn heaviest_joint(rig: &Rig) -> Option<(&str, f64, f64)> {
+    let declared = &rig.demonstrator;
+    let Demonstrator { upper_link_m, lower_link_m, upper_link_kg, lower_link_kg, lever_m, .. } = *declared;
+    let raised_rad = [declared.shoulder_rad, declared.shoulder_rad + declared.elbow_rad];
+    let out_m = [upper_link_m * raised_rad[0].cos(), lower_link_m * raised_rad[1].cos()];
+    let wires = rig.demonstrator_channels().flatten().enumerate();
+    let pulls = wires.filter_map(|(place, (_, channel))| {
+        let in_hand_kg = if place < 4 { declared.paddle_kg + declared.ball_kg } else { 0.0 };
+        let elbow_kg_m = out_m[1] * (0.5 * lower_link_kg + in_hand_kg);
+        let beyond_kg_m = match place % 4 {
+            0 => elbow_kg_m + out_m[0] * (0.5 * upper_link_kg + lower_link_kg + in_hand_kg),
+            1 => elbow_kg_m,
+            _ => return None,
+        };
+        let pull_n = level_pull_n(declared, channel)? + STANDARD_GRAVITY_M_S2 * beyond_kg_m / lever_m;
+        Some((channel.name.as_str(), pull_n, WORTH_A_WORD * lasting_pull_n(channel)))
+    });
+    let beyond = |(_, pull_n, most_n): &(&str, f64, f64)| if *pull_n <= 0.0 { f64::INFINITY } else { pull_n / most_n };
+    pulls.max_by(|one, other| beyond(one).total_cmp(&beyond(other)))
+}
+
+/// What the spring of a wire pulls with where its joint is level, N.
+fn level_pull_n(declared: &Demonstrator, channel: &Channel) -> Option<f64> {
+    let Load::SpringMassDamper { spring_n_per_m, preload_n, .. } = channel.model.load else { return None };
+    let cold_m = sinew_physics::cold_length_m(&channel.model).ok()?;
+    let hot_m = sinew_physics::hot_length_m(&channel.model).ok()?;
+    let level_m = cold_m - declared.level_stroke * (cold_m - hot_m) - channel.model.geometry.length_m;
+    Some(preload_n - spring_n_per_m * level_m)
+}
+
 /// Why a wire cannot move it.
 fn unfit(rig: &Rig, name: Option<&str>, wire: Option<(usize, &Channel)>) -> Option<What> {
     match (name, wire) {
-        (None, None) if rig.demonstrator.kind == DemonstratorKind::Hexapod => Some(What::Contradiction {
+        (None, None) if rig.demonstrator.kind != DemonstratorKind::Arm => Some(What::Contradiction {
             message: format!(
-                "has too few channels from there on: six legs of three wires are {}, the rig has {}",
+                "has too few channels from there on: {} are {}, the rig has {}",
+                if rig.demonstrator.kind == DemonstratorKind::Torso {
+                    "two arms of four wires"
+                } else {
+                    "six legs of three wires"
+                },
                 rig.demonstrator.kind.wires(),
                 rig.channels.len()
             ),

@@ -18,6 +18,9 @@ words! {
         Arm = "arm",
         /// A body on six legs of three wires each, which stands on the ground by friction; a compass with a level tells how it lies.
         Hexapod = "hexapod",
+        /// A torso with two arms of four wires each and a paddle in its right hand, on which a ball rolls; potentiometers tell the angles, a camera sees
+        /// the ball.
+        Torso = "torso",
     }
 }
 
@@ -29,23 +32,48 @@ impl DemonstratorKind {
             DemonstratorKind::BallOnBeam | DemonstratorKind::Servo => 1,
             DemonstratorKind::Arm => 2,
             DemonstratorKind::Hexapod => 18,
+            DemonstratorKind::Torso => 8,
         }
     }
 }
 
 /// Keys that only a ball on a beam has.
-fn with_ball() -> Only<Demonstrator> {
+fn with_beam() -> Only<Demonstrator> {
     Only::new(
         |demonstrator, _| demonstrator.kind == DemonstratorKind::BallOnBeam,
-        |_, _| "makes no sense without a ball; take it out, or set kind = \"ball_on_beam\"".into(),
+        |_, _| "makes no sense without a beam; take it out, or set kind = \"ball_on_beam\"".into(),
+    )
+}
+
+/// Keys that only what has a ball has.
+fn with_ball() -> Only<Demonstrator> {
+    Only::new(
+        |demonstrator, _| matches!(demonstrator.kind, DemonstratorKind::BallOnBeam | DemonstratorKind::Torso),
+        |_, _| "makes no sense without a ball; take it out, or set kind = \"ball_on_beam\" or \"torso\"".into(),
     )
 }
 
 /// Keys that only an arm has.
-fn with_links() -> Only<Demonstrator> {
+fn with_elbow() -> Only<Demonstrator> {
     Only::new(
         |demonstrator, _| demonstrator.kind == DemonstratorKind::Arm,
-        |_, _| "makes no sense without links; take it out, or set kind = \"arm\"".into(),
+        |_, _| "makes no sense without an arm; take it out, or set kind = \"arm\"".into(),
+    )
+}
+
+/// Keys that only what has arms has.
+fn with_links() -> Only<Demonstrator> {
+    Only::new(
+        |demonstrator, _| matches!(demonstrator.kind, DemonstratorKind::Arm | DemonstratorKind::Torso),
+        |_, _| "makes no sense without links; take it out, or set kind = \"arm\" or \"torso\"".into(),
+    )
+}
+
+/// Keys that only a torso has.
+fn with_paddle() -> Only<Demonstrator> {
+    Only::new(
+        |demonstrator, _| demonstrator.kind == DemonstratorKind::Torso,
+        |_, _| "makes no sense without a paddle; take it out, or set kind = \"torso\"".into(),
     )
 }
 
@@ -60,8 +88,12 @@ fn with_legs() -> Only<Demonstrator> {
 /// Keys that only what has a camera has.
 fn with_camera() -> Only<Demonstrator> {
     Only::new(
-        |demonstrator, _| matches!(demonstrator.kind, DemonstratorKind::BallOnBeam | DemonstratorKind::Arm),
-        |_, _| "makes no sense without a camera; take it out, or set kind = \"ball_on_beam\" or \"arm\"".into(),
+        |demonstrator, _| {
+            matches!(demonstrator.kind, DemonstratorKind::BallOnBeam | DemonstratorKind::Arm | DemonstratorKind::Torso)
+        },
+        |_, _| {
+            "makes no sense without a camera; take it out, or set kind = \"ball_on_beam\", \"arm\" or \"torso\"".into()
+        },
     )
 }
 
@@ -84,32 +116,44 @@ table! {
         /// Which machine.
         kind: DemonstratorKind = "kind", DemonstratorKind::KIND, DemonstratorKind::DEFAULT;
         /// Channel whose wire moves it; of an arm, its shoulder; of a hexapod the first of eighteen: front left, front right, middle left, middle
-        /// right, rear left, rear right, of each coxa, femur and tibia.
+        /// right, rear left, rear right, of each coxa, femur and tibia; of a torso the first of eight: right and left, of each shoulder, elbow, pitch
+        /// and roll of the wrist.
         channel: Option<String> = "channel", name(MAX_CHANNEL_NAME), Computed("the first channel");
         /// Channel whose wire moves the elbow of an arm.
-        elbow_channel: Option<String> = "elbow_channel", name(MAX_CHANNEL_NAME), Computed("the second channel"), only with_links();
+        elbow_channel: Option<String> = "elbow_channel", name(MAX_CHANNEL_NAME), Computed("the second channel"), only with_elbow();
         /// Lever that the wire pulls at: it turns by the wire's way over this, forward where the wire is shorter.
         lever_m: f64 = "lever_mm", number(milli("mm"), 0.1, 10_000.0), Number(10.0);
         /// Stroke of the wire at which the angle is zero.
         level_stroke: f64 = "level_stroke", number(si("1"), 0.0, 1.0), Number(0.5);
         /// How long the beam is to either side, from pivot to end.
-        half_beam_m: f64 = "half_beam_mm", number(milli("mm"), 1.0, 10_000.0), Number(120.0), only with_ball();
+        half_beam_m: f64 = "half_beam_mm", number(milli("mm"), 1.0, 10_000.0), Number(120.0), only with_beam();
         /// Mass of the ball.
         ball_kg: f64 = "ball_g", number(milli("g"), 0.001, 100_000.0), Number(3.0), only with_ball();
         /// What of its mass resists rolling besides: moment of inertia over m r², 2/5 of a solid ball, 2/3 of a hollow one.
         ball_inertia: f64 = "ball_inertia", number(si("1"), 0.0, 1.0), Number(0.4), only with_ball();
         /// Rolling resistance, as a share of the ball's weight.
         rolling_resistance: f64 = "rolling_resistance", number(si("1"), 0.0, 1.0), Number(0.001), only with_ball();
-        /// Where a hand puts the ball down, from the pivot, once the beam is level.
+        /// Where a hand puts the ball down once beam or paddle is level, from the middle; on a paddle in a direction by chance (`seed` in
+        /// `[simulation]`).
         start_m: f64 = "start_mm", number(milli("mm"), -10_000.0, 10_000.0), Number(30.0), only with_ball();
         /// From shoulder to elbow.
         upper_link_m: f64 = "upper_link_mm", number(milli("mm"), 1.0, 100_000.0), Number(150.0), only with_links();
-        /// From elbow to camera.
+        /// From elbow to camera, or to a torso's wrist.
         lower_link_m: f64 = "lower_link_mm", number(milli("mm"), 1.0, 100_000.0), Number(120.0), only with_links();
         /// Where the upper link points at `level_stroke`, from the horizontal.
         shoulder_rad: f64 = "shoulder_degrees", number(DEGREES, -360.0, 360.0), Number(70.0), only with_links();
         /// By how much the lower link is turned from the upper one there.
         elbow_rad: f64 = "elbow_degrees", number(DEGREES, -360.0, 360.0), Number(-70.0), only with_links();
+        /// Mass of an upper arm of a torso, in its middle; what that turns with is its wire's load.
+        upper_link_kg: f64 = "upper_link_g", number(milli("g"), 0.0, 100_000.0), Number(10.0), only with_paddle();
+        /// Mass of a forearm, in its middle.
+        lower_link_kg: f64 = "lower_link_g", number(milli("g"), 0.0, 100_000.0), Number(8.0), only with_paddle();
+        /// Mass of the paddle, whose middle is at the wrist.
+        paddle_kg: f64 = "paddle_g", number(milli("g"), 0.0, 100_000.0), Number(8.0), only with_paddle();
+        /// From the middle of the paddle to its edge; it is round, and level at `level_stroke`.
+        paddle_radius_m: f64 = "paddle_radius_mm", number(milli("mm"), 1.0, 10_000.0), Number(80.0), only with_paddle();
+        /// Noise of the angle that a potentiometer says, RMS.
+        potentiometer_noise_rad: f64 = "potentiometer_noise_degrees", number(DEGREES, 0.0, 90.0), Number(0.2), only with_paddle();
         /// Mass of a hexapod.
         body_kg: f64 = "body_g", number(milli("g"), 1.0, 100_000.0), Number(60.0), only with_legs();
         /// From one leg of a side to the next.
@@ -175,6 +219,10 @@ fn fits_together(reader: &mut Reader<'_>, demonstrator: &Demonstrator, stated: &
     if demonstrator.kind == DemonstratorKind::BallOnBeam && start_m.abs() >= half_beam_m {
         let (start, half) = (start_m * 1e3, half_beam_m * 1e3);
         refuse("start_mm", format!("is {start}, beside the beam, which ends {half} mm from its pivot"));
+    }
+    if demonstrator.kind == DemonstratorKind::Torso && start_m.abs() >= demonstrator.paddle_radius_m {
+        let (start, radius) = (start_m * 1e3, demonstrator.paddle_radius_m * 1e3);
+        refuse("start_mm", format!("is {start}, beside the paddle, which ends {radius} mm from its middle"));
     }
     if demonstrator.kind == DemonstratorKind::Servo && demonstrator.rad_per_s == 0.0 {
         refuse("degrees_per_ms", "is 0: no pulse would turn it; expected more or less".into());

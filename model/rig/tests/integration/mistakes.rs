@@ -817,7 +817,44 @@ fn a_demonstrator_has_a_wire_that_can_move_it() {
     );
     ball(
         "upper_link_mm = 100\n",
-        "rig.toml:25: demonstrator.upper_link_mm makes no sense without links; take it out, or set kind = \"arm\"",
+        "rig.toml:25: demonstrator.upper_link_mm makes no sense without links; take it out, or set kind = \"arm\" or \"torso\"",
+    );
+    ball(
+        "elbow_channel = \"wire\"\n",
+        "rig.toml:25: demonstrator.elbow_channel makes no sense without an arm; take it out, or set kind = \"arm\"",
+    );
+    ball(
+        "paddle_g = 8\n",
+        "rig.toml:25: demonstrator.paddle_g makes no sense without a paddle; take it out, or set kind = \"torso\"",
+    );
+    with(
+        "[demonstrator]\nkind = \"servo\"\nball_g = 3\n",
+        "rig.toml:25: demonstrator.ball_g makes no sense without a ball; take it out, or set kind = \"ball_on_beam\" or \"torso\"",
+    );
+    with(
+        "[demonstrator]\nkind = \"torso\"\n",
+        "rig.toml:24: demonstrator.channel has too few channels from there on: two arms of four wires are 8, the rig has 1",
+    );
+    let torso = include_str!("../../../../examples/torso.toml");
+    assert_eq!(of(torso), "accepted");
+    assert_eq!(
+        of(&torso.replace("start_mm = 30.0", "start_mm = -80")),
+        "rig.toml:84: demonstrator.start_mm is -80, beside the paddle, which ends 80 mm from its middle"
+    );
+    assert_eq!(
+        of(&torso.replace("ball_g", "half_beam_mm = 100\nball_g")),
+        "rig.toml:83: demonstrator.half_beam_mm makes no sense without a beam; take it out, or set kind = \"ball_on_beam\""
+    );
+    assert_eq!(
+        of(&torso.replace("paddle_g = 8.0", "paddle_g = 40.0")),
+        "rig.toml:81: demonstrator.paddle_g is 40, but with spring, arm, paddle and ball \"right_elbow\" pulls with 5.5 N where it is level; expected \
+         more than 0, or it hangs slack, and at most 3.3, or it tires soon: another weight, lever_mm or preload_n"
+    );
+    // a forearm that hangs over behind is drawn up by its weight
+    assert_eq!(
+        of(&torso.replace("elbow_degrees = 95.0", "elbow_degrees = 275.0")),
+        "rig.toml:81: demonstrator.paddle_g is 8, but with spring, arm, paddle and ball \"right_elbow\" pulls with -1.4 N where it is level; expected \
+         more than 0, or it hangs slack, and at most 3.3, or it tires soon: another weight, lever_mm or preload_n"
     );
     with(
         "[demonstrator]\nkind = \"servo\"\ndegrees_per_ms = 0\n",

@@ -1,6 +1,6 @@
 //! Feet on the ground: springs with a damper, up and along, that hold by friction and slip beyond it.
 
-use super::space::Vector;
+use crate::space::Vector;
 
 /// What feet stand on, and how they give.
 #[derive(Debug, Clone, Copy, PartialEq)]

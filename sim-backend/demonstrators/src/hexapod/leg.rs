@@ -12,7 +12,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use sinew_rig::Demonstrator;
 
-use super::space::{Vector, dot, sum};
+use crate::space::{Vector, dot, sum};
 
 /// Legs of a hexapod, front left, front right, middle left, middle right, rear left, rear right.
 pub(crate) const LEGS: usize = 6;
@@ -101,9 +101,9 @@ impl Leg {
 
 #[cfg(test)]
 mod tests {
-    use super::super::space::difference;
     use super::super::tests::declared;
     use super::*;
+    use crate::space::difference;
 
     #[test]
     fn straight_out_its_foot_is_where_one_reckons_it() {

@@ -3,7 +3,8 @@
 use sinew_rig::Demonstrator;
 
 use super::shapes::{Ink, Picture, Shape};
-use crate::hexapod::{LEGS, Leg, Parts, Stance, Turn, Vector, sum};
+use crate::hexapod::{LEGS, Leg, Parts, Stance};
+use crate::space::{Turn, Vector, sum};
 
 /// From one mark on the ground to the next, m; each twentieth is a metre.
 const MARK_M: f64 = 0.05;

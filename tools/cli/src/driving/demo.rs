@@ -72,7 +72,7 @@ impl Demo {
     }
 
     /// Runs rig and robot program until somebody ends them.
-    fn live(&self, args: &args::Demo) -> Outcome {
+    fn live(&'static self, args: &args::Demo) -> Outcome {
         let rig = self.rig(args)?;
         let tally = RefCell::new(None);
         let asked = Asked { duration_s: args.duration_s, report_to: None, leaves_traces: false, hold: None };

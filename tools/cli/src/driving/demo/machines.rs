@@ -1,15 +1,15 @@
 //! The machines there are: what is shown of each, and what is claimed.
 
-use sinew_demonstrators::{ARM, BALL_ON_BEAM, BOWDEN_SERVO, SERVO, Tally, WALKER};
+use sinew_demonstrators::{ARM, BALL_ON_BEAM, BOWDEN_SERVO, Reading, SAID, SERVO, TORSO, Tally, WALKER};
 use sinew_rig::Rig;
 
 use crate::args;
-use crate::driving::robots::{arm, ball_on_beam, servo, walker};
+use crate::driving::robots::{arm, ball_on_beam, servo, torso, walker};
 use crate::failure::Failure;
 
 /// What a robot program is when nothing stands between it and its sensor: from what that says (`None`: nothing for
 /// [`Demo::silence_s`]) to the strokes it asks for.
-pub type Mind = Box<dyn FnMut(Option<[f64; 2]>) -> Vec<f64>>;
+pub type Mind = Box<dyn FnMut(Option<[f64; SAID]>) -> Vec<f64>>;
 
 /// One of them.
 pub struct Demo {
@@ -22,14 +22,14 @@ pub struct Demo {
     pub program: (&'static str, &'static str),
     /// The wires it commands.
     pub wires: &'static [&'static str],
-    /// What its sensor says, by name, and the sensor's unit over SI's.
-    pub says: (&'static [&'static str], f64),
+    /// What its sensor says, each by name and in a unit over SI's.
+    pub says: &'static [(&'static str, f64)],
     /// After so long a robot program takes notice that its sensor is silent, s.
     pub silence_s: f64,
     /// The robot program, on the rig of this name.
     pub run: fn(&str) -> Result<(), Box<dyn std::error::Error>>,
-    /// Of a first wire with this way from cold to hot, m.
-    pub mind: fn(f64) -> Mind,
+    /// Of wires with these ways from cold to hot, m.
+    pub mind: fn(&[f64]) -> Mind,
     /// Whether something can fall off it.
     pub falls: bool,
     /// What is claimed: no larger error than this, in the unit of [`Demo::error`] …
@@ -51,41 +51,41 @@ pub struct Walks {
 const LASTS_S: f64 = 600.0;
 
 /// All of them.
-pub const DEMOS: [Demo; 5] = [
+pub const DEMOS: [Demo; 6] = [
     Demo {
         name: "ball-on-beam",
         about: "one wire tilts a beam on which a ball rolls, and a camera sees the ball",
         rig: BALL_ON_BEAM,
         program: ("ball_on_beam.rs", include_str!("../robots/ball_on_beam.rs")),
         wires: &["tilt"],
-        says: (&["ball_mm"], 1e3),
+        says: &[("ball_mm", MM)],
         silence_s: 0.3,
         run: ball_on_beam::run,
-        mind: |travel_m| {
-            let mut balance = ball_on_beam::Balance::new(travel_m);
-            Box::new(move |ball_mm| match ball_mm {
-                Some([ball_mm, _]) => vec![balance.sees(ball_mm * 1e-3)],
+        mind: |travels_m| {
+            let mut balance = ball_on_beam::Balance::new(travels_m[0]);
+            Box::new(move |said| match said {
+                Some([ball_mm, ..]) => vec![balance.sees(ball_mm * 1e-3)],
                 None => vec![balance.sees_nothing()],
             })
         },
         falls: true,
         claim: 10.0,
         walks: None,
-        error: ("mm", 1e3),
+        error: ("mm", MM),
     },
     servo(
         "servo",
         "one wire that measures itself turns a horn as the pulses of a radio's receiver ask",
         SERVO,
         |rig| servo::run(rig, MICRO),
-        |travel_m| mind_of_servo(MICRO, travel_m),
+        |travels_m| mind_of_servo(MICRO, travels_m[0]),
     ),
     servo(
         "bowden-servo",
         "the same with half a metre of wire in a Bowden tube, which takes its heat and holds it back",
         BOWDEN_SERVO,
         |rig| servo::run(rig, BOWDEN),
-        |travel_m| mind_of_servo(BOWDEN, travel_m),
+        |travels_m| mind_of_servo(BOWDEN, travels_m[0]),
     ),
     Demo {
         name: "arm",
@@ -93,17 +93,17 @@ pub const DEMOS: [Demo; 5] = [
         rig: ARM,
         program: ("arm.rs", include_str!("../robots/arm.rs")),
         wires: &["shoulder", "elbow"],
-        says: (&["x_mm", "y_mm"], 1e3),
+        says: &[("x_mm", MM), ("y_mm", MM)],
         silence_s: f64::INFINITY,
         run: arm::run,
         mind: |_| {
             let mut gaze = arm::Gaze::default();
-            Box::new(move |target_mm| target_mm.map_or(gaze.strokes(), |mm| gaze.sees(mm)).to_vec())
+            Box::new(move |said| said.map_or(gaze.strokes(), |[x, y, ..]| gaze.sees([x, y])).to_vec())
         },
         falls: false,
         claim: 10.0,
         walks: None,
-        error: ("mm", 1e3),
+        error: ("mm", MM),
     },
     Demo {
         name: "walker",
@@ -111,25 +111,56 @@ pub const DEMOS: [Demo; 5] = [
         rig: WALKER,
         program: ("walker.rs", include_str!("../robots/walker.rs")),
         wires: &walker::WIRES,
-        says: (&["heading_deg", "leans_deg"], DEGREES),
+        says: &[("heading_deg", DEGREES), ("leans_deg", DEGREES)],
         silence_s: f64::INFINITY,
         run: walker::run,
-        mind: |travel_m| {
-            let mut walk = walker::Walk::new(travel_m);
-            Box::new(move |degrees| match degrees {
-                Some(degrees) => walk.feels(degrees.map(f64::to_radians)).to_vec(),
+        mind: |travels_m| {
+            let mut walk = walker::Walk::new(travels_m[0]);
+            Box::new(move |said| match said {
+                Some([heading, leans, ..]) => walk.feels([heading, leans].map(f64::to_radians)).to_vec(),
                 None => walk.strokes().to_vec(),
             })
         },
         falls: true,
         claim: 30.0,
         walks: Some(Walks { metres: 1.0, within_s: 75.0 }),
-        error: ("mm", 1e3),
+        error: ("mm", MM),
+    },
+    Demo {
+        name: "torso",
+        about: "eight wires move two arms; a ball is balanced on the paddle in the right hand, while that is lifted and lowered",
+        rig: TORSO,
+        program: ("torso.rs", include_str!("../robots/torso.rs")),
+        wires: &torso::WIRES,
+        says: &[
+            ("right_shoulder_deg", DEGREES),
+            ("right_elbow_deg", DEGREES),
+            ("right_pitch_deg", DEGREES),
+            ("right_roll_deg", DEGREES),
+            ("left_shoulder_deg", DEGREES),
+            ("left_elbow_deg", DEGREES),
+            ("left_pitch_deg", DEGREES),
+            ("left_roll_deg", DEGREES),
+            ("ahead_mm", MM),
+            ("left_mm", MM),
+        ],
+        silence_s: f64::INFINITY,
+        run: torso::run,
+        mind: |travels_m| {
+            let mut torso = torso::Torso::new(std::array::from_fn(|wire| travels_m[wire]));
+            Box::new(move |said| said.map_or(torso.strokes(), |said| torso.sees(said)).to_vec())
+        },
+        falls: true,
+        claim: 30.0,
+        walks: None,
+        error: ("mm", MM),
     },
 ];
 
-/// Of a rad.
+/// Of a rad, of a metre, of a second.
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
+const MM: f64 = 1e3;
+const US: f64 = 1e6;
 
 /// A servo with this wire and horn.
 const fn servo(
@@ -137,7 +168,7 @@ const fn servo(
     about: &'static str,
     rig: &'static str,
     run: fn(&str) -> Result<(), Box<dyn std::error::Error>>,
-    mind: fn(f64) -> Mind,
+    mind: fn(&[f64]) -> Mind,
 ) -> Demo {
     Demo {
         name,
@@ -145,7 +176,7 @@ const fn servo(
         rig,
         program: ("servo.rs", include_str!("../robots/servo.rs")),
         wires: &["horn"],
-        says: (&["pulse_us"], 1e6),
+        says: &[("pulse_us", US)],
         silence_s: f64::INFINITY,
         run,
         mind,
@@ -161,7 +192,7 @@ const BOWDEN: servo::Horn = servo::Horn { lever_m: 0.008, degrees_per_ms: 120.0 
 
 fn mind_of_servo(horn: servo::Horn, travel_m: f64) -> Mind {
     let mut servo = servo::Servo::new(horn, travel_m);
-    Box::new(move |pulse_us| pulse_us.into_iter().map(|[us, _]| servo.hears(us)).collect())
+    Box::new(move |said| said.into_iter().map(|[us, ..]| servo.hears(us)).collect())
 }
 
 impl Demo {
@@ -172,6 +203,13 @@ impl Demo {
             rig.simulation.seed = seed.into();
         }
         Ok(rig)
+    }
+
+    /// What its sensor has said, in the units it says it in.
+    pub fn said(&self, reading: &Reading) -> [f64; SAID] {
+        let mut said = reading.values.map(f64::from);
+        said.iter_mut().zip(self.says).for_each(|(value, (_, over_si))| *value *= over_si);
+        said
     }
 
     /// How long a trial of it lasts unless it is said, s.

@@ -31,7 +31,7 @@ pub struct Robot {
 
 impl Robot {
     /// Starts it, with a thread that hands it what its sensor says.
-    pub fn start(demo: &Demo, machine: &Watch, driver: &DriverHandle) -> Result<Robot, Failure> {
+    pub fn start(demo: &'static Demo, machine: &Watch, driver: &DriverHandle) -> Result<Robot, Failure> {
         let failed = |what: &str| {
             let what = what.to_string();
             move |error: io::Error| Failure::own(format!("{what}: {error}"))
@@ -58,9 +58,9 @@ impl Robot {
         let stopper = driver.stopper();
         let start =
             Thread::Feeder.start().ends_when(move || is_over.load(Ordering::Relaxed)).on_death(move || stopper.fail());
-        let (says, machine) = (demo.says, machine.clone());
+        let machine = machine.clone();
         let feeder = start
-            .spawn(move || feed(line, says, &machine, &asked))
+            .spawn(move || feed(line, demo, &machine, &asked))
             .map_err(failed("no thread for the robot program's sensor"))?;
         Ok(Robot { process, said, over, feeder })
     }
@@ -96,14 +96,14 @@ impl Robot {
 }
 
 /// Hands on what the sensor says, a line each, until it is over or nobody reads.
-fn feed(mut line: ChildStdin, (names, over_si): (&[&str], f64), machine: &Watch, over: &AtomicBool) {
+fn feed(mut line: ChildStdin, demo: &Demo, machine: &Watch, over: &AtomicBool) {
     let mut said = machine.reading().count;
     while !over.load(Ordering::Relaxed) && !sinew_threads::is_struck() {
         let reading = machine.reading();
         if reading.count != said {
             said = reading.count;
-            let words = names.iter().zip(reading.values);
-            let words = words.map(|(name, value)| format!("{name}: {:.3}", f64::from(value) * over_si));
+            let words = demo.says.iter().zip(demo.said(&reading));
+            let words = words.map(|((name, _), value)| format!("{name}: {value:.3}"));
             let text = words.collect::<Vec<_>>().join(" ") + "\n";
             match line.write_all(text.as_bytes()) {
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}

@@ -7,7 +7,7 @@ use serde::Serialize;
 use sinew_control::StrokeRange;
 use sinew_demonstrators::{Catchable, Demonstrator, Tally, Walkable};
 use sinew_lockstep::Lockstep;
-use sinew_rig::Rig;
+use sinew_rig::{Channel, Rig};
 
 use super::machines::Demo;
 use crate::args;
@@ -123,8 +123,8 @@ fn print(answer: &Answer, falls: bool) -> Outcome {
     }
     if let Some([heating, cooling]) = answer.catchable_mm_s {
         output::print(format_args!(
-            "whoever controls it, a ball is turned back within {claim} {unit} if it passes the middle with at most {heating:.0} mm/s towards the \
-             wire and {cooling:.0} mm/s away from it\n"
+            "whoever controls it, a ball is turned back within {claim} {unit} if it passes the middle with at most {heating:.0} mm/s towards \
+             where a wire lifts and {cooling:.0} mm/s away from there\n"
         ))?;
     }
     if let (Some(speed_mm_s), Some(step_s)) = (answer.walkable_mm_s, answer.step_s) {
@@ -155,9 +155,9 @@ fn trial(demo: &Demo, rig: &Rig, seed: u64, seconds: f64) -> Result<Ran, Failure
     let named =
         |wire: &&str| rig.channel(wire).ok_or_else(|| Failure::own(format!("{}: has no wire \"{wire}\"", rig.file())));
     let wires = demo.wires.iter().map(named).collect::<Result<Vec<_>, Failure>>()?;
-    let [(_, wire), ..] = wires[..] else { return Err(Failure::own(format!("{}: has no wires", rig.file()))) };
-    let stroke = StrokeRange::of(&wire.model).map_err(Failure::own)?;
-    let mut mind = (demo.mind)(stroke.stroke_m());
+    let travel_m = |(_, wire): &(usize, &Channel)| Ok(StrokeRange::of(&wire.model).map_err(Failure::own)?.stroke_m());
+    let travels_m = wires.iter().map(travel_m).collect::<Result<Vec<_>, Failure>>()?;
+    let mut mind = (demo.mind)(&travels_m);
     let watch = machine.watch();
     let (mut said, mut said_s) = (watch.reading().count, 0.0);
     let (far_m, mut arrived_s) = (demo.walks.map_or(f64::INFINITY, |walks| walks.metres), None);
@@ -169,7 +169,7 @@ fn trial(demo: &Demo, rig: &Rig, seed: u64, seconds: f64) -> Result<Ran, Failure
             arrived_s = Some(time_s);
         }
         let word = if reading.count != said {
-            Some(Some(reading.values.map(|value| f64::from(value) * demo.says.1)))
+            Some(Some(demo.said(&reading)))
         } else if time_s - said_s >= demo.silence_s {
             Some(None)
         } else {

@@ -3,4 +3,5 @@
 pub mod arm;
 pub mod ball_on_beam;
 pub mod servo;
+pub mod torso;
 pub mod walker;

@@ -1,0 +1,1 @@
+../tools/cli/src/driving/robots/torso.rs
