@@ -121,10 +121,11 @@ pub fn usage(error: &clap::Error) -> ExitCode {
         let _ = error.print();
         return ExitCode::SUCCESS;
     }
+    let typed = std::env::args().nth(1).unwrap_or_default();
     let unknown =
         [ContextKind::InvalidSubcommand, ContextKind::InvalidArg].into_iter().find_map(|kind| error.get(kind));
     if let Some(ContextValue::String(word)) = unknown
-        && let Some(feature) = crate::args::left_out(word)
+        && let Some(feature) = crate::args::left_out(&typed, word)
     {
         let failure = match cfg!(target_os = "linux") {
             true => Failure::left_out(format_args!("`{word}`"), feature),
@@ -147,8 +148,7 @@ pub fn usage(error: &clap::Error) -> ExitCode {
         true => {
             let body = text.trim_end().rsplit_once('\n').map_or("", |(body, _)| body).trim_end();
             let program = <crate::args::Cli as clap::CommandFactory>::command();
-            let typed = std::env::args().nth(1).filter(|word| !word.starts_with('-'));
-            let known = typed.and_then(|word| program.find_subcommand(word));
+            let known = program.find_subcommand(&typed);
             let command = known.map(|known| format!(" {}", known.get_name())).unwrap_or_default();
             // clap knows words that begin alike, and no slips of the fingers
             let meant = match (error.get(ContextKind::InvalidSubcommand), error.get(ContextKind::SuggestedSubcommand)) {

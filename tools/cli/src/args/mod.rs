@@ -100,10 +100,13 @@ pub const DRIVING: [(&str, &str); 20] = [
     ("thesis", "thesis"),
 ];
 
-/// The feature without which this program was compiled, if this command, subcommand or option needs one.
-pub fn left_out(word: &str) -> Option<&'static str> {
-    let deeper = [("control", "thesis"), ("--scope", "network")];
-    let (_, feature) = DRIVING.into_iter().chain(deeper).find(|(name, _)| *name == word)?;
+/// The feature without which this program was compiled, if this command needs one, or this subcommand or option of a command.
+pub fn left_out(command: &str, word: &str) -> Option<&'static str> {
+    let feature = match (command, word) {
+        ("bench", "control") => "thesis",
+        ("demo", "--scope") => "network",
+        _ => DRIVING.into_iter().find(|(name, _)| *name == word)?.1,
+    };
     let compiled = [("driver", cfg!(driver)), ("network", cfg!(network)), ("thesis", cfg!(thesis))];
     compiled.contains(&(feature, false)).then_some(feature)
 }
@@ -383,7 +386,7 @@ mod tests {
     #[cfg(driver)]
     fn what_may_be_left_out_is_known_where_it_is() {
         let half = Driving::augment_subcommands(clap::Command::new("sinew"));
-        let there = DRIVING.map(|(name, _)| name).into_iter().filter(|name| left_out(name).is_none());
+        let there = DRIVING.map(|(name, _)| name).into_iter().filter(|name| left_out("", name).is_none());
         assert!(half.get_subcommands().map(clap::Command::get_name).eq(there));
     }
 
