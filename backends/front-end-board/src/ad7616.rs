@@ -25,7 +25,7 @@ const ALL_10_V: u16 = 0b11_11_11_11;
 const ODD_2_5_V: u16 = 0b01_11_01_11;
 
 /// Registers as they have to be: address, value. The configuration comes last: it starts the sequencer.
-pub const REGISTERS: [(u8, u16); 13] = [
+const REGISTERS: [(u8, u16); 13] = [
     (RANGE_A1, ALL_10_V),
     (RANGE_A2, ALL_10_V),
     (RANGE_B1, ODD_2_5_V),
@@ -47,18 +47,29 @@ const fn pair(input: u16) -> u16 {
 }
 
 /// The word that writes a register.
-pub const fn write(address: u8, value: u16) -> u16 {
+const fn write(address: u8, value: u16) -> u16 {
     1 << 15 | read(address) | value & 0x1ff
 }
 
 /// The word that asks for a register: the next word that is read has its nine bits.
-pub const fn read(address: u8) -> u16 {
+const fn read(address: u8) -> u16 {
     ((address & 0x3f) as u16) << 9
 }
 
 /// A register's value in the word after [`read`].
-pub const fn value(word: u16) -> u16 {
+const fn value(word: u16) -> u16 {
     word & 0x1ff
+}
+
+/// Writes the registers and reads them back: whether a converter has them all. `transfer` sends a word, and gives what came meanwhile.
+pub fn configure(mut transfer: impl FnMut(u16) -> u16) -> bool {
+    for (address, register) in REGISTERS {
+        transfer(write(address, register));
+    }
+    REGISTERS.iter().all(|(address, register)| {
+        transfer(read(*address));
+        value(transfer(NOTHING)) == *register
+    })
 }
 
 /// What a sweep saw of one wire, as codes: the voltages of ±10 V, the shunt's of ±2.5 V.
@@ -111,6 +122,24 @@ mod tests {
             assert_eq!(range(a, input % 4), 0b11);
             assert_eq!(range(b, input % 4), if input % 2 == 1 { 0b01 } else { 0b11 }, "B{input}");
         }
+    }
+
+    #[test]
+    fn a_converter_answers_that_has_every_register() {
+        let answers = |loses: Option<u8>| {
+            let (mut registers, mut asked) = ([0x1ff; 64], 0);
+            configure(|word| {
+                let (address, answer) = ((word >> 9 & 0x3f) as u8, asked);
+                if word >> 15 == 1 && Some(address) != loses {
+                    registers[usize::from(address)] = value(word);
+                }
+                asked = registers[usize::from(address)];
+                answer
+            })
+        };
+        assert!(answers(None));
+        assert!(REGISTERS.iter().all(|(address, _)| !answers(Some(*address))));
+        assert!(!configure(|_| 0) && !configure(|_| u16::MAX), "none is there");
     }
 
     #[test]

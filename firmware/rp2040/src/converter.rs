@@ -14,7 +14,7 @@ use embassy_rp::pio::{Config, Direction, InterruptHandler, Pio};
 use embassy_rp::{Peri, bind_interrupts};
 use embassy_time::{Instant, Timer};
 use sinew_front_end::RawSample;
-use sinew_front_end_board::ad7616::{NOTHING, REGISTERS, WORDS, read, value, write};
+use sinew_front_end_board::ad7616::{NOTHING, WORDS, configure};
 use sinew_front_end_board::{Collector, Plan, pico};
 
 use crate::outputs::forget;
@@ -123,13 +123,7 @@ impl Converter {
 
     /// Writes its registers and reads them back; to be called while nothing is swept. One that does not answer is not triggered.
     pub fn configure(&mut self) {
-        for (address, register) in REGISTERS {
-            transfer(write(address, register));
-        }
-        self.answers = REGISTERS.iter().all(|(address, register)| {
-            transfer(read(*address));
-            value(transfer(NOTHING)) == *register
-        });
+        self.answers = configure(transfer);
     }
 
     /// The sweeps of a period, ready for [`Converter::go`]; none where it does not answer.

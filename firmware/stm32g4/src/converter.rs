@@ -12,7 +12,7 @@ use embassy_stm32::pac::{EXTI, SPI2 as SPI, SYSCFG, TIM2 as TRIGGER};
 use embassy_stm32::{Peri, peripherals, rcc};
 use embassy_time::{Instant, Timer};
 use sinew_front_end::RawSample;
-use sinew_front_end_board::ad7616::{NOTHING, REGISTERS, WORDS, read, value, write};
+use sinew_front_end_board::ad7616::{NOTHING, WORDS, configure};
 use sinew_front_end_board::nucleo::{ADC_RESET, BUSY, CONVST, CS, SCLK, SDI, SDOA, trigger};
 use sinew_front_end_board::{Collector, Plan};
 
@@ -94,13 +94,7 @@ impl Converter {
 
     /// Writes its registers and reads them back; to be called while nothing is swept. One that does not answer is not triggered.
     pub fn configure(&mut self) {
-        for (address, register) in REGISTERS {
-            transfer(write(address, register));
-        }
-        self.answers = REGISTERS.iter().all(|(address, register)| {
-            transfer(read(*address));
-            value(transfer(NOTHING)) == *register
-        });
+        self.answers = configure(transfer);
     }
 
     /// The sweeps of a period that begins with TIM1's; none where it does not answer.
