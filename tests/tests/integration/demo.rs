@@ -30,6 +30,15 @@ impl Demo {
         Process::start(&mut self.command)
     }
 
+    /// Starts it for a browser, which goes to its page.
+    fn show(&mut self, browser: &mut Browser) -> Process {
+        let mut process = self.start();
+        process.wait_for_word("http://");
+        let url = wait_for("the address", || process.stdout().lines().next().map(str::to_owned));
+        browser.open(&url);
+        process
+    }
+
     /// Whether a driver runs there.
     fn is_driven(&self) -> bool {
         entries(self.folder.path()).iter().any(|name| name.ends_with(".lock"))
@@ -101,10 +110,7 @@ fn a_robot_program_without_its_sensor_ends_its_driver() {
 fn a_browser_shows_the_machine_itself() {
     let Some(mut browser) = Browser::start(1280, 800) else { return };
     let mut demo = Demo::of(&["bowden-servo", "--for", "60", "--scope"]);
-    let mut process = demo.start();
-    process.wait_for_word("http://");
-    let url = wait_for("the address", || process.stdout().lines().next().map(str::to_owned));
-    browser.open(&url);
+    let process = demo.show(&mut browser);
     browser.wait("document.querySelectorAll('#picture line').length >= 2");
     browser.wait("$('picture').getAttribute('aria-label').includes('that are asked for')");
     // it moves: the horn is where it was not
@@ -142,10 +148,7 @@ fn a_hexapod_stands_up_and_walks() {
 fn a_browser_shows_a_hexapod_from_above_and_from_the_side() {
     let Some(mut browser) = Browser::start(1280, 800) else { return };
     let mut demo = Demo::of(&["walker", "--for", "60", "--scope"]);
-    let mut process = demo.start();
-    process.wait_for_word("http://");
-    let url = wait_for("the address", || process.stdout().lines().next().map(str::to_owned));
-    browser.open(&url);
+    let process = demo.show(&mut browser);
     // six feet in each of two views
     browser.wait("document.querySelectorAll('#picture circle').length === 12");
     browser.wait("$('picture').getAttribute('aria-label').includes('m ahead')");
@@ -179,10 +182,7 @@ fn a_torso_lifts_its_arms_and_is_given_a_ball() {
 fn a_browser_shows_a_torso_with_its_ball() {
     let Some(mut browser) = Browser::start(1280, 800) else { return };
     let mut demo = Demo::of(&["torso", "--for", "60", "--scope"]);
-    let mut process = demo.start();
-    process.wait_for_word("http://");
-    let url = wait_for("the address", || process.stdout().lines().next().map(str::to_owned));
-    browser.open(&url);
+    let process = demo.show(&mut browser);
     // a head and six joints in each of two views, and then a ball in each of three
     browser.wait("document.querySelectorAll('#picture circle').length === 14");
     browser.wait("$('picture').getAttribute('aria-label').includes('mm ahead')");
